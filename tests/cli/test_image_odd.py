@@ -212,3 +212,28 @@ def test_a_clock_with_soft_edges_is_named_and_not_shown(elusive_in: Run, tmp_pat
     if target:
         due = (rows["time_s"] >= DUE) & (off_target(rows) < NEAR_PX) & (rows["shown"] == 1)
         assert len(np.unique(rows["time_s"][due])) > 0.9 * (FRAMES - DUE)
+
+
+def test_a_gate_about_a_target_is_named_and_the_target_shown(elusive_in: Run, tmp_path: Path) -> None:
+    """Its corners were shown, a few pixels beside the target, and hid it."""
+    coded = []
+    for frame, (x, y) in zip(seen(np.random.default_rng([6, 70])), np.round(WAY), strict=True):
+        large = Image.new("L", (4 * COLUMNS, 4 * ROWS))
+        pen = ImageDraw.Draw(large)
+        for a, b in ((-1, -1), (-1, 1), (1, -1), (1, 1)):
+            corner = 4 * (x + 8 * a) + 2, 4 * (y + 7 * b) + 2
+            pen.line((*corner, corner[0] - 12 * a, corner[1]), fill=255, width=4)
+            pen.line((*corner, corner[0], corner[1] - 12 * b), fill=255, width=4)
+        cover = np.asarray(large, float).reshape(ROWS, 4, COLUMNS, 4).mean(axis=(1, 3)) / 255
+        file = io.BytesIO()
+        Image.fromarray(grey(frame + cover * (255 - frame))).save(file, "JPEG", quality=60)
+        coded.append(np.array(Image.open(file)))
+    np.save(tmp_path / "frames.npy", np.array(coded))
+    code, said = elusive_in(*TRACK)
+    assert code == 0, said
+    assert "images.boxes" in failing(tmp_path), said
+    rows = rows_of(tmp_path)
+    shown = rows[(rows["shown"] == 1) & (rows["time_s"] >= DUE)]
+    at = off_target(shown) < NEAR_PX
+    assert len(np.unique(shown["time_s"][at])) > 0.9 * (FRAMES - DUE)
+    assert np.count_nonzero(~at & (shown["existence"] > 0.9)) < 0.1 * (FRAMES - DUE)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.preprocess import _past_kernels, _scale_kernels, _summit_kernels, scales
-from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.peak_tails import LEAST
 from elusive.preprocess.scene import Past, Scene
 
@@ -92,8 +92,11 @@ def in_time(scene: Scene, offset_px: Array, memory: int) -> tuple[PeakMaps, tupl
     return found, tuple(pasts)
 
 
-def find(maps: PeakMaps, groups: Groups) -> Found:
-    """Find the extrema over place and scale."""
+def find(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None = None) -> Found:
+    """Find the extrema over place and scale, but where each scale hides them.
+
+    They are not taken out of the maps before: what is cut off at a gap's edge would be an extremum there.
+    """
     tables, areas = [], []
     for k, white in enumerate(maps.white):
         beside = [(maps.white[j], maps.parts[j]) if 0 <= j < len(maps.white) else NO_MAP for j in (k - 1, k + 1)]
@@ -114,4 +117,8 @@ def find(maps: PeakMaps, groups: Groups) -> Found:
         )
         tables.append(table)
         areas.append(share * (white.size * 4.0**k / share.sum()))
+    for k, gap in enumerate(hidden or ()):
+        x, y = tables[k].T[:2]
+        at = (np.clip(np.round(p / 2.0**k).astype(int), 0, n - 1) for p, n in zip((y, x), gap.shape, strict=True))
+        tables[k] = tables[k][~gap[*at]]
     return Found(np.concatenate(tables).T, np.concatenate([*areas, groups.tile_px]))

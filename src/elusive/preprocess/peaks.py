@@ -6,7 +6,6 @@ registered past, each over the local deviation; how rare such a peak is, the rec
 
 from __future__ import annotations
 
-import math
 import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
@@ -23,22 +22,19 @@ from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.deformation import deformation
-from elusive.preprocess.drawn import Drawn, drawn, without_drawn
-from elusive.preprocess.impulses import without_impulses
-from elusive.preprocess.overlaid import Overlaid, overlaid, without_overlaid
-from elusive.preprocess.peak_maps import Found, Groups, PeakMaps, find, groups_of, in_space, in_time
+from elusive.preprocess.grey_levels import levels_of, quantiles_of, unit_of
+from elusive.preprocess.overlays import Overlays, laid_over
+from elusive.preprocess.peak_maps import Found, Groups, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
-from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, watch, without_stuck
+from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, joined, watch, without_stuck
 from elusive.preprocess.saturated import rims_of
 from elusive.preprocess.scene import Past, Scene, follow
 from elusive.preprocess.stuck import StuckPixels
-from elusive.preprocess.written import NOTHING, Written, hidden_of, without_written, written
+from elusive.preprocess.written import hidden_of
 
 LEVELS = (0.001, 0.01, 0.1, 0.2, 0.3, 0.5, 0.7, 0.8, 0.9, 0.99, 0.999)  # of the whitened quantiles
-SAMPLES = 3000  # pixels from which quantiles are taken
 LEAST_SIDE = 32  # pixels
 REACH = 1.5  # scales within which a weaker peak is the same
-RANGE_BITS = 8  # of the first frame's grey levels once they are in units of the finder's own
 
 
 class Peaks(NamedTuple):
@@ -82,9 +78,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
-    drawn: Drawn | None
-    written: Written
-    overlaid: Overlaid | None
+    overlays: Overlays
     stuck: Watched
     tails: TailState | None
     output: Peaks | None
@@ -100,9 +94,7 @@ class PeakFinder(Model):
     def init(self) -> PeakState:
         """Return the state before the first frame."""
         nowhere = np.zeros(2)
-        return PeakState(
-            0, (), 0.0, (), None, nowhere, nowhere, 0.0, None, NOTHING, None, NONE_WATCHED, None, None
-        )  # fmt: skip
+        return PeakState(0, (), 0.0, (), None, nowhere, nowhere, 0.0, Overlays(), NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -124,24 +116,21 @@ class PeakFinder(Model):
             )
         if state.shape and frame.shape != state.shape:
             raise DataError(f"frame {state.frames_seen}: shape {frame.shape}, must be {state.shape} as before.")
-        unit = state.unit or _unit(frame)
+        unit = state.unit or unit_of(frame)
         recorded = np.multiply(frame, unit or 1.0, dtype=np.float32, order="C")
-        over = drawn(state.drawn, recorded)
-        last = state.drawn.last if state.drawn else None
-        marks = written(state.written, recorded, last)
-        known = without_drawn(without_impulses(recorded, last, state.step_px), over.mask)
-        known = without_overlaid(without_written(known, marks), state.overlaid)
+        began = state.output is None or state.output.cut
+        overlays, known = laid_over(state.overlays, recorded, state.offset_px, state.step_px, cut=began)
         image, hidden = fill_gaps(known, state.frames_seen)
-        hidden = _joined(hidden, hidden_of(marks, image.shape, scales.count_of(image.shape)))
+        hidden = joined(hidden, hidden_of(overlays.written, image.shape, scales.count_of(image.shape)))
         image = without_dead_lines(image)
-        pedestal, quantum = _levels(image)
+        pedestal, quantum = levels_of(image)
         whole = without_stuck(image, self.stuck, state.stuck)
         maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
         floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
         groups = groups_of(tuple(values.shape for values in maps))
         scene = Scene(maps, list(state.pasts), floors)
         # what is compared with the past runs beside what is not: kernels do not hold the interpreter
-        unseen = _joined(hidden, rims_of(recorded, quantum, len(maps)))
+        unseen = joined(hidden, rims_of(recorded, quantum, len(maps)))
         second = _second().submit(_found_in_space, scene, groups, unseen)
         offset, usual, cut = np.zeros(2), 0.0, True
         if state.pasts:
@@ -154,7 +143,7 @@ class PeakFinder(Model):
             temporal, pasts = in_time(scene, offset, self.memory)
             # a place must have been seen twice before what differs from it counts
             if state.tails is not None and state.tails.frames > 1.0:
-                found.append(_found(temporal, groups, unseen))
+                found.append(find(temporal, groups, unseen))
         if hidden is not None:
             pasts = tuple(
                 past._replace(seen=np.where(gap, 0, past.seen)) for past, gap in zip(pasts, hidden, strict=True)
@@ -173,11 +162,10 @@ class PeakFinder(Model):
         coarse = scene.chosen()[1]
         newest = maps[coarse]
         deforms = None if cut or state.last is None else deformation(newest, state.last, step, coarse)
-        lies = overlaid(None if cut else state.overlaid, recorded, offset)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms)
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, over, marks, lies, stuck,
-            tails, output,
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, overlays, stuck, tails,
+            output,
         )  # fmt: skip
 
     def _rated(
@@ -219,51 +207,4 @@ if hasattr(os, "register_at_fork"):
 def _found_in_space(scene: Scene, groups: Groups, hidden: list[Mask] | None) -> tuple[Found, float, Array]:
     """Return peaks against their surroundings, a pixel's noise, and whitened quantiles."""
     maps, noise = in_space(scene)
-    whitened = np.sort(_sample(maps.white[0]))
-    ranks = np.multiply(LEVELS, len(whitened) - 1)
-    return _found(maps, groups, hidden), noise, np.interp(ranks, np.arange(len(whitened)), whitened)
-
-
-def _found(maps: PeakMaps, groups: Groups, hidden: list[Mask] | None) -> Found:
-    found = find(maps, groups)
-    if hidden is None:
-        return found
-    # not taken out of the maps before: what is cut off at a gap's edge would be an extremum there
-    x, y, level = found.table[[0, 1, 8]]
-    seen = np.ones(len(x), dtype=bool)
-    for k, gap in enumerate(hidden):
-        here = level == k
-        at = (np.clip(np.round(p[here] / 2.0**k).astype(int), 0, n - 1) for p, n in zip((y, x), gap.shape, strict=True))
-        seen[here] = ~gap[*at]
-    return found._replace(table=found.table[:, seen])
-
-
-def _joined(hidden: list[Mask] | None, rims: list[Mask] | None) -> list[Mask] | None:
-    """Return where either hides a peak, scale by scale."""
-    if hidden is None or rims is None:
-        return rims if hidden is None else hidden
-    return [gap | rim for gap, rim in zip(hidden, rims, strict=True)]
-
-
-def _unit(frame: Array) -> float:
-    """Return the power of two that makes a frame's values as large as a camera's grey levels; 0 where all are equal.
-
-    Floors against rounding are then the same for counts, kelvins and watts, and what is found is, to the last bit.
-    """
-    sample = _sample(frame.astype(np.float32))
-    finite = sample[np.isfinite(sample)]
-    extent = float(np.ptp(finite)) if len(finite) else 0.0
-    return 2.0 ** (RANGE_BITS - math.frexp(extent)[1]) if extent else 0.0
-
-
-def _levels(image: Image) -> tuple[float, float]:
-    """Median and step between grey levels of a frame (0 where it is not of steps), from a sample."""
-    sample = np.sort(_sample(image))
-    steps = np.diff(sample)
-    return float(sample[len(sample) // 2]), float(np.min(steps[steps > 0], initial=1e3))
-
-
-def _sample(image: Image) -> Image:
-    """Values of every so many pixels."""
-    sample: Image = image.ravel()[:: max(1, image.size // SAMPLES) | 1]
-    return sample
+    return find(maps, groups, hidden), noise, quantiles_of(maps.white[0], LEVELS)

@@ -54,6 +54,13 @@ def _mean_about(known: Image, gaps: Mask, width_px: float) -> tuple[Image, Image
     return ndimage.gaussian_filter(known, width_px) / np.maximum(share, np.float32(1e-3)), share
 
 
+def joined(hidden: list[Mask] | None, others: list[Mask] | None) -> list[Mask] | None:
+    """Return where either is hidden, scale by scale."""
+    if hidden is None or others is None:
+        return others if hidden is None else hidden
+    return [gap | other for gap, other in zip(hidden, others, strict=True)]
+
+
 class Watched(NamedTuple):
     """Pixels that may be stuck, by their number in the frame, increasing, and their means since they were suspected.
 

@@ -15,8 +15,10 @@ from elusive.model import Positive, Probability
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.lifecycle import Life, Lifecycle
+from elusive.tracking.peak_alone import chance_of, strongest
 from elusive.tracking.peak_bodies import bodied, leave_parts, to_middle
-from elusive.tracking.peak_companions import COMPANION, LAYER_PX, leave_companions, leave_layers
+from elusive.tracking.peak_boxes import leave_boxes
+from elusive.tracking.peak_companions import LAYER_PX, leave_companions, leave_layers
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
@@ -31,7 +33,6 @@ REMEMBERED = 4000  # tracks that have ended and are part of the null distributio
 OLD = 5  # frames from which a track is part of it
 SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
-RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 
 
 class PeakBelief(NamedTuple):
@@ -40,6 +41,7 @@ class PeakBelief(NamedTuple):
     time_s: float
     targets: PeakTargets
     unclaimed: tuple[Unclaimed, ...]  # peaks of the last two frames
+    frames: int  # since the scene began
     lives: Mapping[int, Life]  # of the targets that are tracks, by their numbers
     born: int  # targets so far
     numbered: int  # tracks so far
@@ -47,6 +49,7 @@ class PeakBelief(NamedTuple):
     reliability: Reliability  # what became of tracks of an existence
     warp: Warp  # how the scene was deformed since the frame before
     seen: Warp  # how it was by grey levels alone
+    boxed: Array  # (b, 2) x, y in the frame of what is shown in the middle of four corners that move
     tracks: tuple[Track, ...]
 
     @property
@@ -77,7 +80,7 @@ class SceneTracker(PeakRecursion):
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
         known, still = self.persistence.begin(), Warp.none()
-        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, ())
+        return PeakBelief(time_s, none, (), 0, {}, 0, 0, np.zeros((0, 2)), known, still, still, np.zeros((0, 2)), ())
 
     def follow(
         self,
@@ -106,7 +109,7 @@ class SceneTracker(PeakRecursion):
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
-            belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
+            belief = belief._replace(targets=self.begin().targets, unclaimed=(), frames=0, lives={}, tracks=())
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets, unclaimed=())
@@ -130,7 +133,7 @@ class SceneTracker(PeakRecursion):
         reached = self._reached(targets)
         ended = np.concatenate([belief.ended, reached[over]])[-REMEMBERED:]
         belief = belief._replace(
-            time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
+            time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free), frames=belief.frames + 1,
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
             warp=warp, seen=seen,
         )  # fmt: skip
@@ -174,7 +177,8 @@ class SceneTracker(PeakRecursion):
         confirmed[sure] = True
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
-        shown = confirmed & seen & ~targets.mark & (enough | self._alone(targets, confirmed & ~targets.mark))
+        shown = confirmed & ~targets.mark
+        shown &= seen & (enough | self._alone(targets, shown, belief.frames))
         gone = confirmed & (targets.farthest > LAYER_PX)
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
@@ -182,8 +186,10 @@ class SceneTracker(PeakRecursion):
             targets = bodied(targets, looked_at, image, peaks.offset_px)
             leave_parts(targets, shown)
         leave_companions(targets, shown)
+        boxed = leave_boxes(targets, shown, gone)
         mean, covariance = targets.moments()
-        mean[:, 0::2] += peaks.offset_px + np.where(shown[:, None], to_middle(targets), 0.0)
+        middle = np.where(boxed.way.any(axis=1, keepdims=True), boxed.way, to_middle(targets))
+        mean[:, 0::2] += peaks.offset_px + np.where(shown[:, None], middle, 0.0)
         mean[:, 1::2] /= interval_s
         scales = np.array([1.0, 1 / interval_s, 1.0, 1 / interval_s])
         covariance *= np.outer(scales, scales)
@@ -199,7 +205,7 @@ class SceneTracker(PeakRecursion):
             found.append(Track(track, status, exists, centre, spread, math.nan, named))
         return belief._replace(
             targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
-            tracks=tuple(found),
+            boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
         )  # fmt: skip
 
     def _reached(self, targets: PeakTargets) -> Array:
@@ -207,37 +213,13 @@ class SceneTracker(PeakRecursion):
         moving = np.where(targets.age >= OLD, np.maximum(targets.moving(self.motions.leash), 0.0), 0.0)
         return np.stack([moving, targets.evidence / (targets.age + SETTLING)], axis=1)
 
-    def _alone(self, targets: PeakTargets, confirmed: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Say which track, if any, is so much stronger than the next ones that it is not of their kind."""
-        alone = np.zeros(len(confirmed), np.bool_)
-        old = np.flatnonzero(confirmed & (targets.age >= SETTLING))
-        if not len(old):
-            return alone
-        place, strength = targets.mean_place, targets.strength
-        ranked = old[np.argsort(-strength[old])]
-        first = ranked[0]
-        near = COMPANION * np.maximum(targets.scale[first], targets.scale[ranked])
-        others = ranked[np.hypot(*(place[ranked] - place[first]).T) > near][: RIVALS + 1]
-        clear = strength[first] > self.alone * np.max(strength[others], initial=0.0)
-        alone[first] = clear and chance_of(float(strength[first]), strength[others]) < self.alone_chance
+    def _alone(self, targets: PeakTargets, among: NDArray[np.bool_], frames: int) -> NDArray[np.bool_]:
+        """Say which track, if any, stands alone."""
+        alone = np.zeros(len(among), np.bool_)
+        found = strongest(targets, among, frames)
+        if found is not None:
+            first, others = found
+            own = float(targets.strength[first])
+            clear = own > self.alone * np.max(others, initial=0.0)
+            alone[first] = clear and chance_of(own, others) < self.alone_chance
         return alone
-
-
-def chance_of(first: float, others: Array) -> float:
-    """Probability that the strongest of tracks of one kind exceeds the next ones as it does.
-
-    In a Pareto tail the logarithms of the greatest lie apart by independent exponentials, each over its rank (Renyi,
-    1953, Acta Math. Hung. 4, 191-231), the same for the first and for all that follow, whatever the exponent. Of fewer
-    than ``RIVALS``, those that are missing are supposed to lie apart as in Gaussian noise, by the inverse square of the
-    strength.
-
-    Parameters
-    ----------
-    first, others
-        Its strength, and that of up to ``RIVALS + 1`` next ones, ``(n,)``, the strongest first [deviations].
-    """
-    if not len(others):
-        return 0.0
-    above = np.log(others / others[-1])
-    spread = float(above.sum() + above[0]) + (RIVALS + 1 - len(others)) / float(others[0]) ** 2
-    return float((1 + math.log(first / float(others[0])) / max(spread, LEAST_SPREAD)) ** -RIVALS)

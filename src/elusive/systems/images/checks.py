@@ -65,9 +65,9 @@ class FrameChecks:
         if isinstance(step.state, PeaksState) and step.state.peaks is not None:
             self._quantiles += step.state.peaks.quantiles
             self._whitened += 1
-            self._movers.take(step.state.belief.targets)
+            self._movers.take(step.state.belief)
             self._swift.take(step.state.peaks, step.state.belief.targets)
-            self._writing.take(step.state.found.written, step.state.found.overlaid, step.measurement.shape)
+            self._writing.take(step.state.found.overlays, step.measurement.shape)
             if isinstance(self.parameters.filter, PeakImages):
                 self._again = self.parameters.filter.persistence.sure_again(step.state.belief.reliability)
 

@@ -1,4 +1,4 @@
-"""Whether much of a recorded scene itself moves, as snow and layers of clouds, or stays on the sensor, as dust."""
+"""What moves in a recorded scene and may be none of it: snow and layers of clouds, dust on the sensor, drawn boxes."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 
 from elusive.checks import Fact, Finding
 from elusive.tracking.peak_persistence import SURE
-from elusive.tracking.peak_targets import PeakTargets
+from elusive.tracking.peaks import PeakBelief
 
 OLD = 10  # frames from which a track's way counts
 GONE_PX = 5.0  # farther than this it has gone in the scene
 MARKED = 0.5  # share of the frames with marks on the sensor
+FEW = 2  # frames, in which four things may have gone so by chance
 SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
 
 
@@ -22,9 +23,15 @@ class Movers:
     def __init__(self) -> None:
         self._frames, self._sure, self._gone = 0, 0, 0
         self._marked, self._marks = 0, 0  # frames with marks, and those summed
+        self._taken, self._boxed, self._middle = 0, 0, (math.nan, math.nan)  # all frames, those with a box, the last
 
-    def take(self, targets: PeakTargets) -> None:
+    def take(self, belief: PeakBelief) -> None:
         """Take what is believed after a frame."""
+        targets = belief.targets
+        self._taken += 1
+        if len(belief.boxed):
+            self._boxed += 1
+            self._middle = float(belief.boxed[-1, 0]), float(belief.boxed[-1, 1])
         sure = (targets.existence > SURE) & (targets.age >= OLD)
         gone = sure & (targets.farthest > GONE_PX) & ~targets.mark
         self._frames += bool(sure.any())
@@ -35,8 +42,21 @@ class Movers:
         self._marks += marks
 
     def findings(self) -> list[Finding]:
-        """Say where either are many."""
-        return [self._moving(), self._marking()]
+        """Say where any are many."""
+        return [self._moving(), self._marking(), self._boxing()]
+
+    def _boxing(self) -> Finding:
+        """Find boxes, as a camera's tracker draws them about what it follows."""
+        share = self._boxed / self._taken if self._taken else math.nan
+        x, y = self._middle
+        return Fact(0.0, share, not self._boxed > FEW, self._taken).finding(
+            "images.boxes",
+            f"In {self._boxed} of {self._taken} frames four corners of an upright box move as one, last about "
+            f"x {x:.0f}, y {y:.0f}: a gate that is drawn about something, or a machine of four parts. Its middle is "
+            "shown; what is in a gate is hardly seen, and nothing need be.",
+            "Look at it in the frames; record them without what is drawn.",
+            grave=False,
+        )
 
     def _marking(self) -> Finding:
         """Find what rests on the sensor: it crosses the scene, and is taken for its points and these for it."""

@@ -83,5 +83,5 @@ class PeakFrames(NamedTuple):
         shape = (1, 1)
         if measurement is not None:
             found, shape = images.finder.step(found, measurement), measurement.shape
-            peaks, image = found.output, found.drawn.last if found.drawn else None
+            peaks, image = found.output, found.overlays.last
         return PeaksState(found, images.follow(state.belief, time_s, peaks, shape, images.interval_s, image))

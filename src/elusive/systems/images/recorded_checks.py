@@ -10,7 +10,8 @@ from scipy.special import ndtri
 
 from elusive.checks import Fact, Finding
 from elusive.systems.images.scene_facts import RestingPoint, SceneFacts
-from elusive.tracking.peaks import SceneTracker, chance_of
+from elusive.tracking.peak_alone import chance_of
+from elusive.tracking.peaks import SceneTracker
 
 FEW = 20  # frames from which a scene and its noise are hardly learnt
 USUAL = 0.8  # likeness of a scene to itself, laid over the frame before

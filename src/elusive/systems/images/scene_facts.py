@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from elusive.contracts import Array
-from elusive.tracking.peaks import RIVALS
+from elusive.tracking.peak_alone import RIVALS
 
 SIDE = 32  # cells of a frame's shorter side where scenes are compared
 WIDE = 9  # cells, over which their level is taken off

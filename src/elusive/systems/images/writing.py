@@ -10,8 +10,7 @@ import math
 import numpy as np
 
 from elusive.checks import Fact, Finding
-from elusive.preprocess.overlaid import Overlaid
-from elusive.preprocess.written import Written
+from elusive.preprocess.overlays import Overlays
 
 FEW = 2  # frames, in which a part of the scene may have looked so
 
@@ -23,13 +22,13 @@ class Writing:
         self._frames = self._written = 0
         self._place = math.nan, math.nan  # x, y: the middle of what was written last
 
-    def take(self, written: Written, overlaid: Overlaid | None, shape: tuple[int, ...]) -> None:
+    def take(self, over: Overlays, shape: tuple[int, ...]) -> None:
         """Take what is known after a frame of a shape."""
         self._frames += 1
-        if len(written.now):
-            rows, columns = np.divmod(written.now, shape[1])
-        elif overlaid is not None and overlaid.mask is not None:
-            rows, columns = np.nonzero(overlaid.mask)
+        if len(over.written.now):
+            rows, columns = np.divmod(over.written.now, shape[1])
+        elif over.overlaid is not None and over.overlaid.mask is not None:
+            rows, columns = np.nonzero(over.overlaid.mask)
         else:
             return
         self._written += 1

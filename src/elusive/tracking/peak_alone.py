@@ -1,0 +1,56 @@
+"""Whether the strongest of what is followed is so much stronger than the next ones that it is not of their kind."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.contracts import Array
+from elusive.preprocess.peaks import PeakFinder
+from elusive.tracking.peak_companions import COMPANION, LAYER_PX
+from elusive.tracking.peak_targets import PeakTargets
+
+SETTLED, FIRST = 10, 5  # frames from which a track counts; from a scene's begin on in which all that it has appears
+NEW = 2 * PeakFinder().memory  # frames for which what appears in a known scene is new to its past
+RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
+
+
+def strongest(targets: PeakTargets, among: NDArray[np.bool_], frames: int) -> tuple[int, Array] | None:
+    """Return the strongest of some targets and the strengths of the next ones, or None where none can stand alone.
+
+    What appears in a known scene and rests stands out for being new, as a mark that blinks or a digit does, until the
+    scene's past has learnt it. ``frames``: since the scene began.
+    """
+    old = np.flatnonzero(among & (targets.age >= SETTLED))
+    if not len(old):
+        return None
+    place, strength = targets.mean_place, targets.strength
+    ranked = old[np.argsort(-strength[old])]
+    first = int(ranked[0])
+    if frames - FIRST >= targets.age[first] < NEW and targets.farthest[first] < LAYER_PX:
+        return None
+    near = COMPANION * np.maximum(targets.scale[first], targets.scale[ranked])
+    others = ranked[np.hypot(*(place[ranked] - place[first]).T) > near][: RIVALS + 1]
+    return first, strength[others]
+
+
+def chance_of(first: float, others: Array) -> float:
+    """Probability that the strongest of tracks of one kind exceeds the next ones as it does.
+
+    In a Pareto tail the logarithms of the greatest lie apart by independent exponentials, each over its rank (Renyi,
+    1953, Acta Math. Hung. 4, 191-231), the same for the first and for all that follow, whatever the exponent. Of fewer
+    than ``RIVALS``, those that are missing are supposed to lie apart as in Gaussian noise, by the inverse square of the
+    strength.
+
+    Parameters
+    ----------
+    first, others
+        Its strength, and that of up to ``RIVALS + 1`` next ones, ``(n,)``, the strongest first [deviations].
+    """
+    if not len(others):
+        return 0.0
+    above = np.log(others / others[-1])
+    spread = float(above.sum() + above[0]) + (RIVALS + 1 - len(others)) / float(others[0]) ** 2
+    return float((1 + math.log(first / float(others[0])) / max(spread, LEAST_SPREAD)) ** -RIVALS)
