@@ -16,22 +16,27 @@ SHIP = np.array([-900.0, 8.0, 500.0, 5.0])
 
 
 @pytest.mark.parametrize(
-    ("state", "pulses_db", "named"),
+    ("state", "pulses_db", "further", "named"),
     [
-        (SeaState(shape=0.5), None, False),
-        (SeaState(law="weibull", shape=0.8, clutter_db=20.0), None, False),
-        (SeaState(shape=0.5), 25.0, True),
-        (SeaState(shape=1.0), 40.0, True),
+        (SeaState(shape=0.5), None, 0.0, False),
+        (SeaState(law="weibull", shape=0.8, clutter_db=20.0), None, 0.0, False),
+        (SeaState(shape=0.5), 25.0, 5.219, True),
+        (SeaState(shape=1.0), 40.0, 5.219, True),
+        (SeaState(shape=1.0), 40.0, 0.7, True),
+        (SeaState(shape=1.0), 25.0, -1.3, True),
     ],
 )
-def test_pulses_of_another_radar_are_named_and_hide_no_ship(tmp_path, state, pulses_db, named):
+def test_pulses_of_another_radar_are_named_and_hide_no_ship(tmp_path, state, pulses_db, further, named):
+    """So many samples further in each spoke; where that is less than a pulse, no ship was found, silently."""
     sea = Sea(RADAR, state, Still(np.zeros(cell_places(RADAR).shape[:2])))
     whole = join_spokes(list(turns(sea, 18, SHIP[None], np.array([20.0]), np.random.default_rng(4))))
     path, amplitude = tmp_path / "video.npz", whole.amplitude.copy()
     if pulses_db is not None:
         spoke = np.arange(len(amplitude))
         for k, level in enumerate((0.5, 1.0, 0.5)):
-            amplitude[spoke, ((5.219 * spoke).astype(int) + k) % RADAR.samples] += level * 10 ** (pulses_db / 20)
+            amplitude[spoke, (np.floor(further * spoke).astype(int) + k) % RADAR.samples] += level * 10 ** (
+                pulses_db / 20
+            )
     np.savez(
         path, amplitude=amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad), from_north=True,
         start_m=whole.start_m, step_m=whole.step_m, bits=32,

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.preprocess.held_spokes import HeldSpokes, kind_of
 from elusive.sensors.spokes import Spokes, join_spokes
 
 PART, COARSEST = 0.36, 0.5  # of a beam: how far away an echo still is, and as far as spokes may be apart
@@ -39,7 +40,7 @@ def exceeded(share: float) -> float:
     return 0.5 * (math.sqrt(1 + 8 / share) - 3)
 
 
-class LoneSamples:
+class LoneSamples(HeldSpokes):
     """Takes samples of other radars' pulses out of spokes as these come, some spokes late.
 
     Parameters
@@ -54,10 +55,8 @@ class LoneSamples:
     def __init__(self, beam_rad: float, spacing_rad: float) -> None:
         self._beam = beam_rad
         self._takes = 0 < spacing_rad <= COARSEST * beam_rad
-        self._away = max(1, int(PART * beam_rad / spacing_rad)) if self._takes else int(spacing_rad > 0)
+        super().__init__(max(1, int(PART * beam_rad / spacing_rad)) if self._takes else int(spacing_rad > 0))
         self._turn = TURN_RAD / spacing_rad if spacing_rad > 0 else 0.0
-        self._held: Spokes | None = None
-        self._told = 0  # of those held, that were handed on
         self._counts, self._since = np.zeros((BANDS, BINS)), 0
         self._limits: tuple[Array, Array] | None = None
 
@@ -67,42 +66,20 @@ class LoneSamples:
         ``counts`` gathers how many samples were looked at, taken out, and left since nothing is known of the beam.
         """
         counts["samples"] += spokes.amplitude.size
-        if not self._away:
-            return [spokes]
-        before: list[Spokes] = []
-        if self._held is not None and _kind(self._held) != _kind(spokes):
-            before = self.rest()
-        done, pulses = self._known(spokes if self._held is None else join_spokes([self._held, spokes]))
-        counts["pulses" if self._takes else "pulses left"] += pulses
-        return [*before, done] if len(done.time_s) else before
+        return super().add(spokes, counts)
 
-    def _known(self, held: Spokes) -> tuple[Spokes, int]:
+    def _changed(self, spokes: Spokes, counts: Counter[str]) -> NDArray[np.float32] | None:
         from elusive.preprocess import _lone_kernels as kernels
 
-        away = self._away
-        total, first = len(held.time_s), max(self._told, away)
-        last, taken = max(total - away, self._told), 0
-        done = held.select_spokes(slice(self._told, last))
-        if last > first:
-            between = slice(first - away, last + away)
-            amplitude, reach = held.amplitude[between], self._reach(held.azimuth_rad[between])
-            self._learn(amplitude, reach, bool(held.bits))
-            if self._limits is not None:
-                limit, low = (_along(one, amplitude.shape[1]) for one in self._limits)
-                left, taken = kernels.without_lone(amplitude, away, reach, limit, low, 1.0 if held.bits else 0.0)
-                if self._takes:
-                    whole = done.amplitude.astype(np.float32)
-                    whole[first - self._told :] = left
-                    done = done._replace(amplitude=whole)
-        start = max(last - away, 0)
-        self._held, self._told = held.select_spokes(slice(start, None)), last - start
-        return done, taken
-
-    def rest(self) -> list[Spokes]:
-        """Return the last spokes, which have none behind them; begin anew."""
-        left = [] if self._held is None else [self._held.select_spokes(slice(self._told, None))]
-        self._held, self._told = None, 0
-        return [one for one in left if len(one.time_s)]
+        amplitude, reach = spokes.amplitude, self._reach(spokes.azimuth_rad)
+        self._learn(amplitude, reach, bool(spokes.bits))
+        if self._limits is None:
+            counts["pulses" if self._takes else "pulses left"] += 0
+            return None
+        limit, low = (_along(one, amplitude.shape[1]) for one in self._limits)
+        left, taken = kernels.without_lone(amplitude, self._away, reach, limit, low, 1.0 if spokes.bits else 0.0)
+        counts["pulses" if self._takes else "pulses left"] += taken
+        return left if self._takes else None
 
     def _reach(self, azimuth_rad: Array) -> NDArray[np.float32]:
         """Factor by which an echo's amplitude may exceed that of both spokes about it, of all but the ends."""
@@ -137,7 +114,7 @@ def without_lone(parts: Sequence[Spokes], shares: Array) -> Spokes:
     """
     from elusive.preprocess import _lone_kernels as kernels
 
-    spokes = join_spokes([part for part in parts if _kind(part) == _kind(parts[0])])
+    spokes = join_spokes([part for part in parts if kind_of(part) == kind_of(parts[0])])
     amplitude, bits = spokes.amplitude, bool(spokes.bits)
     if len(amplitude) < 3:
         return spokes
@@ -159,7 +136,7 @@ def _counted(
     beside = np.maximum(some[: -2 * away], some[2 * away :])
     if quantised:
         beside = np.maximum(beside, np.float32(1.0))
-    known = (beside > 0) & np.isfinite(reach)[:, None]
+    known = (beside > 0) & np.isfinite(reach)[:, None] & np.isfinite(some[away:-away])
     over = np.where(known, np.maximum(some[away:-away], beside), 1.0) / np.where(known, beside, 1.0)
     number = np.minimum(np.log(over) / np.float32(WIDTH), BINS - 1).astype(np.int64) + BINS * band
     return np.bincount(number[known], minlength=BANDS * BINS).reshape(BANDS, BINS).astype(np.float64)
@@ -194,12 +171,6 @@ def limits_of(counts: Array, shares: Array = TAKEN) -> tuple[Array, Array] | Non
     if not share > shares[-1] + max(shares[-1], ERRORS * math.sqrt(shares[-1] / seen)):
         return None
     return np.where(few, np.nan, limit), np.where(few, np.nan, low)
-
-
-def _kind(spokes: Spokes) -> tuple[object, ...]:
-    """Return what spokes that are joined have in common."""
-    amplitude = spokes.amplitude
-    return spokes.from_north, spokes.bits, str(amplitude.dtype), spokes.start_m, spokes.step_m, amplitude.shape[1]
 
 
 def _along(level: Array, columns: int) -> NDArray[np.float32]:

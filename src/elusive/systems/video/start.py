@@ -12,6 +12,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError, ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.preprocess.lone_samples import TAKEN, without_lone
+from elusive.preprocess.sliding_pulses import without_sliding
 from elusive.sensors.echo_extent import EchoExtent, echo_extent, first_turn
 from elusive.sensors.radar_video import TURN_RAD, RadarVideo
 from elusive.sensors.spokes import Spokes
@@ -31,6 +32,7 @@ class VideoStart(NamedTuple):
     extent: EchoExtent  # as the first turn's echoes show it
     levels: int  # different amplitudes in the first turn
     spacing_rad: float = 0.0  # from spoke to spoke
+    slide: int | None = None  # see SlidingPulses
     beam_rad: float = math.nan  # that echoes have at least: of what was told and what they show, the less; NaN: neither
 
     @property
@@ -63,10 +65,11 @@ def start_of(
     if not turn:
         raise DataError("radar video: no spoke came.")
     spacing = _spacing_of(np.concatenate([part.azimuth_rad for part in turn]))
-    extent = echo_extent(turn)
+    known, slide = without_sliding(turn, spacing)
+    extent = echo_extent(known)
     for shares in (TAKEN[-1:], TAKEN):  # pulses hide it: first those that nothing of the clutter goes with
         if math.isnan(extent.beam_deg):
-            extent = echo_extent([without_lone(turn, shares)])
+            extent = echo_extent([without_lone(known, shares)])
     sensor = parameters.radar.bind(turn[0], extent)
     needed = bytes_held(sensor, parameters.learning_turns)
     if needed > MOST_BYTES:
@@ -76,18 +79,17 @@ def start_of(
         )
     levels = len(np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn])))
     beam_rad = math.radians(np.fmin(parameters.radar.beam_deg or math.nan, extent.beam_deg))
-    if lon_deg is not None and lat_deg is not None:
-        return VideoStart(
-            sensor, LocalFrame.at(lon_deg, lat_deg), needed, seconds_a_turn(sensor), extent, levels, spacing, beam_rad
-        )
-    lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
-    known = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
-    if needs_place and not len(known):
-        raise DataError(
-            f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and --radar-lon-deg."
-        )
-    frame = LocalFrame.at(*known[0].tolist()) if len(known) else None
-    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels, spacing, beam_rad)
+    frame = LocalFrame.at(lon_deg, lat_deg) if lon_deg is not None and lat_deg is not None else None
+    if frame is None:
+        lonlat_deg = np.concatenate([part.lonlat_deg for part in turn])
+        placed = lonlat_deg[np.isfinite(lonlat_deg).all(axis=1)]
+        if needs_place and not len(placed):
+            raise DataError(
+                f"{needs_place}: the recording does not say where the radar is; give --radar-lat-deg and "
+                "--radar-lon-deg."
+            )
+        frame = LocalFrame.at(*placed[0].tolist()) if len(placed) else None
+    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels, spacing, slide, beam_rad)
 
 
 def _spacing_of(azimuth_rad: Array) -> float:

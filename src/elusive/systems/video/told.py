@@ -42,7 +42,7 @@ def findings_of(
     ]
     spoilt = counts["spoilt"] / max(counts["turns"] * sensor.shape[0], 1)
     found += [_clutter(held), _extent(sensor, start.extent), _interference(spoilt), _levels(start.levels)]
-    found.append(spirals(counts["pulses"], counts["pulses left"], counts["samples"]))
+    found.append(spirals(counts["pulses"], counts["pulses left"], counts["sliding"], counts["samples"]))
     found.append(
         Finding(
             "video.moving-radar", not (moved_m > still and fixed.any()), still, moved_m,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from elusive.errors import DataError
 from elusive.preprocess.clutter_map import ClutterMap, ClutterState
 from elusive.preprocess.lone_samples import LoneSamples
 from elusive.preprocess.side_lobes import without_side_lobes
+from elusive.preprocess.sliding_pulses import SlidingPulses
 from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
@@ -68,7 +70,7 @@ def turns_of(
     them once the range scale has changed for good; ``counts`` tells the turns of another one since.
     """
     sensor, place, away = start.sensor, (0.0, 0.0), 0.0
-    gatherer, alone = _begun(start)
+    gatherer, alone, sliding = _begun(start)
 
     def gathered(part: Spokes) -> list[VideoTurn]:
         nonlocal place
@@ -94,18 +96,22 @@ def turns_of(
                 return
             continue
         if away > 0.5:  # of a turn: what was begun before is of another one
-            gatherer, alone = _begun(start)
+            gatherer, alone, sliding = _begun(start)
         away = 0.0
         counts["turns away"] = 0
-        for one in alone.add(part, counts):
-            yield from gathered(one)
-    for one in alone.rest():
+        for some in alone.add(part, counts):
+            for one in sliding.add(some, counts):
+                yield from gathered(one)
+    for one in chain(*(sliding.add(some, counts) for some in alone.rest()), sliding.rest()):
         yield from gathered(one)
     yield from _counted(gatherer.rest(place), counts)
 
 
-def _begun(start: VideoStart) -> tuple[TurnGatherer, LoneSamples]:
-    return TurnGatherer(start.sensor, start.spacing_rad), LoneSamples(start.beam_rad, start.spacing_rad)
+def _begun(start: VideoStart) -> tuple[TurnGatherer, LoneSamples, SlidingPulses]:
+    spacing = start.spacing_rad
+    return (
+        TurnGatherer(start.sensor, spacing), LoneSamples(start.beam_rad, spacing), SlidingPulses(spacing, start.slide),
+    )  # fmt: skip
 
 
 def _counted(turns: list[VideoTurn], counts: Counter[str]) -> list[VideoTurn]:
