@@ -17,7 +17,7 @@ WAYS = Ways(8.0, 40.0, 0.3, 1e-2, 0.9, 0.35, 4.0)
 def unclaimed(rng: np.random.Generator, count: int) -> Unclaimed:
     return Unclaimed(
         rng.uniform(0, 40, (count, 2)), rng.uniform(1, 5, count), rng.normal(0, 0.3, count),
-        rng.random(count) < 0.5, rng.normal(-6, 1, count), *np.ones((3, count)),
+        rng.random(count) < 0.5, rng.normal(-6, 1, count), *np.ones((4, count)),
     )  # fmt: skip
 
 

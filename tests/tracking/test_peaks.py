@@ -13,7 +13,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking._target_kernels import moving, recent, ways
-from elusive.tracking.peak_alone import NEW, RIVALS, chance_of
+from elusive.tracking.peak_alone import RIVALS, chance_of
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_null import MEDIANS, SHAPES, SHARES, EmpiricalNull
 from elusive.tracking.peak_persistence import groups_of
@@ -467,19 +467,21 @@ def test_the_strongest_of_one_kind_is_told_from_another_by_chance_alone(exponent
     assert chance_of(9.0, np.array([4.0])) < 0.002 < chance_of(6.0, np.array([4.0]))
 
 
-@pytest.mark.parametrize("appears", [0, 15])
-def test_what_appears_in_a_known_scene_and_rests_is_not_alone_until_it_is_no_news(appears: int) -> None:
-    """As a digit that changes, which was shown for twenty frames; what was there at first is shown at once."""
+@pytest.mark.parametrize("new", [True, False])
+def test_what_changes_at_rest_is_not_alone_until_it_is_no_news(new: bool) -> None:
+    """As a digit that changes, which was shown for twenty frames: it stands out against earlier frames alone."""
     rng = np.random.default_rng(17)
-    rests = resting(rng)[:20]
-
-    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
-        there = k >= appears
-        return np.vstack([[[80.0, 60.0]], rests])[not there :], np.append(13.0, np.linspace(6.0, 5.0, 20))[not there :]
-
-    found = shown_of(followed(rng, scene, np.zeros((0, 2)), 70))
-    assert all(found[appears + NEW + 5 :])
-    assert any(found[appears + 10 : appears + NEW - 2]) == (not appears)
+    rests, still, tracker = resting(rng)[:20], np.zeros(2), SceneTracker()
+    belief, alone = tracker.begin(), []
+    for k in range(70):
+        places = np.vstack([[[80.0, 60.0]], rests]) + rng.normal(0, 0.2, (21, 2))
+        peaks = peaks_of(k, places, np.append(13.0, np.linspace(6.0, 5.0, 20)), still, still)
+        stands = new and 30 <= k < 50
+        belief = tracker.follow(belief, float(k), peaks._replace(temporal=stands & (peaks.strength > 10)), SHAPE, 1.0)
+        alone.append(any(track.extra["shown"] for track in belief.tracks))
+    assert all(alone[15:30])
+    assert all(alone[62:])
+    assert not any(alone[32:55]) if new else all(alone[15:])
 
 
 @pytest.mark.parametrize("alike", [True, False])

@@ -8,20 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess.peaks import PeakFinder
-from elusive.tracking.peak_companions import COMPANION, LAYER_PX
+from elusive.tracking.peak_companions import COMPANION
 from elusive.tracking.peak_targets import PeakTargets
 
-SETTLED, FIRST = 10, 5  # frames from which a track counts; from a scene's begin on in which all that it has appears
-NEW = 2 * PeakFinder().memory  # frames for which what appears in a known scene is new to its past
+SETTLED = 10  # frames from which a track counts
+NEWS = 0.25  # share of its peaks, lately, that stood out for being new: one or two of the last
 RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 
 
-def strongest(targets: PeakTargets, among: NDArray[np.bool_], frames: int) -> tuple[int, Array] | None:
+def strongest(targets: PeakTargets, among: NDArray[np.bool_]) -> tuple[int, Array] | None:
     """Return the strongest of some targets and the strengths of the next ones, or None where none can stand alone.
 
-    What appears in a known scene and rests stands out for being new, as a mark that blinks or a digit does, until the
-    scene's past has learnt it. ``frames``: since the scene began.
+    What changes at rest stands out for being new, as a mark that blinks or a digit does, until the scene's past has
+    learnt it.
     """
     old = np.flatnonzero(among & (targets.age >= SETTLED))
     if not len(old):
@@ -29,7 +28,7 @@ def strongest(targets: PeakTargets, among: NDArray[np.bool_], frames: int) -> tu
     place, strength = targets.mean_place, targets.strength
     ranked = old[np.argsort(-strength[old])]
     first = int(ranked[0])
-    if frames - FIRST >= targets.age[first] < NEW and targets.farthest[first] < LAYER_PX:
+    if targets.news[first] > NEWS:
         return None
     near = COMPANION * np.maximum(targets.scale[first], targets.scale[ranked])
     others = ranked[np.hypot(*(place[ranked] - place[first]).T) > near][: RIVALS + 1]

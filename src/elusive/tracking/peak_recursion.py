@@ -117,9 +117,9 @@ class PeakRecursion(Model):
             place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
             clutter.places, clutter.variance,
         )  # fmt: skip
-        known = np.stack([targets.level, targets.strength, targets.scale])
-        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard]])
-        hit, (level, strength, scale) = recent(target, peak, share, known, new, RECENT)
+        known = np.stack([targets.level, targets.strength, targets.scale, targets.news])
+        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard], peaks.temporal[:heard]])
+        hit, (level, strength, scale, news) = recent(target, peak, share, known, new, RECENT)
         unseen = missed / missed_odds
         step = math.hypot(*peaks.step_px)
         swept = targets.swept + step
@@ -138,6 +138,7 @@ class PeakRecursion(Model):
             level=level,
             strength=strength,
             scale=scale,
+            news=news,
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
             farthest=np.maximum(targets.farthest, far),
@@ -154,7 +155,8 @@ class PeakRecursion(Model):
         chosen = free[np.argsort(clutter.log_density[free], kind="stable")][: max(self.most_births, LONE)]
         return Unclaimed(
             clutter.places[chosen], clutter.variance[chosen], clutter.level[chosen], peaks.bright[chosen],
-            clutter.log_density[chosen], peaks.strength[chosen], peaks.scale_px[chosen], unclaimed[chosen],
+            clutter.log_density[chosen], peaks.strength[chosen], peaks.scale_px[chosen],
+            peaks.temporal[chosen].astype(np.float64), unclaimed[chosen],
         )  # fmt: skip
 
     def newborn(
@@ -184,6 +186,7 @@ class PeakRecursion(Model):
             level=free.level[chosen],
             strength=free.strength[chosen],
             scale=free.scale[chosen],
+            news=free.news[chosen],
             bright=free.bright[chosen],
             evidence=zero,
             resting=np.zeros((count, int(self.motions.rests.sum()))),

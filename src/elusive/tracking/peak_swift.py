@@ -33,6 +33,7 @@ class Unclaimed(NamedTuple):
     log_density: Array  # (m,) of peaks as strong hereabouts [1 / px^2]
     strength: Array  # (m,) [deviations]
     scale: Array  # (m,) [px]
+    news: Array  # (m,) 1 of what stands out against earlier frames, else 0
     share: Array  # (m,) of it that none claims
 
     def rarest(self, most: int) -> Self:

@@ -29,6 +29,7 @@ class PeakTargets(NamedTuple):
     level: Array  # (n,) logarithm of its contrast
     strength: Array  # (n,) of its peaks, lately [deviations]
     scale: Array  # (n,) of its peaks, lately [px]
+    news: Array  # (n,) share of its peaks, lately, that stood out against earlier frames alone
     bright: NDArray[np.bool_]  # (n,) else dark
     evidence: Array  # (n,) log likelihood of all its frames with it, less that of clutter
     resting: Array  # (n, R) the same, had it always been at rest in one way
@@ -49,7 +50,7 @@ class PeakTargets(NamedTuple):
         one, whole, flag = np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
         return cls(
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
-            np.zeros((0, motions)), one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
+            np.zeros((0, motions)), one, one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
             np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2, 2)), np.zeros((0, 2)), one, flag,
             np.zeros((0, 6)),
         )  # fmt: skip

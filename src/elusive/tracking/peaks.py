@@ -41,7 +41,6 @@ class PeakBelief(NamedTuple):
     time_s: float
     targets: PeakTargets
     unclaimed: tuple[Unclaimed, ...]  # peaks of the last two frames
-    frames: int  # since the scene began
     lives: Mapping[int, Life]  # of the targets that are tracks, by their numbers
     born: int  # targets so far
     numbered: int  # tracks so far
@@ -80,7 +79,7 @@ class SceneTracker(PeakRecursion):
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
         known, still = self.persistence.begin(), Warp.none()
-        return PeakBelief(time_s, none, (), 0, {}, 0, 0, np.zeros((0, 2)), known, still, still, np.zeros((0, 2)), ())
+        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, np.zeros((0, 2)), ())
 
     def follow(
         self,
@@ -109,7 +108,7 @@ class SceneTracker(PeakRecursion):
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
-            belief = belief._replace(targets=self.begin().targets, unclaimed=(), frames=0, lives={}, tracks=())
+            belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets, unclaimed=())
@@ -133,7 +132,7 @@ class SceneTracker(PeakRecursion):
         reached = self._reached(targets)
         ended = np.concatenate([belief.ended, reached[over]])[-REMEMBERED:]
         belief = belief._replace(
-            time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free), frames=belief.frames + 1,
+            time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
             warp=warp, seen=seen,
         )  # fmt: skip
@@ -178,7 +177,7 @@ class SceneTracker(PeakRecursion):
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & ~targets.mark
-        shown &= seen & (enough | self._alone(targets, shown, belief.frames))
+        shown &= seen & (enough | self._alone(targets, shown))
         gone = confirmed & (targets.farthest > LAYER_PX)
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
@@ -213,10 +212,10 @@ class SceneTracker(PeakRecursion):
         moving = np.where(targets.age >= OLD, np.maximum(targets.moving(self.motions.leash), 0.0), 0.0)
         return np.stack([moving, targets.evidence / (targets.age + SETTLING)], axis=1)
 
-    def _alone(self, targets: PeakTargets, among: NDArray[np.bool_], frames: int) -> NDArray[np.bool_]:
+    def _alone(self, targets: PeakTargets, among: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Say which track, if any, stands alone."""
         alone = np.zeros(len(among), np.bool_)
-        found = strongest(targets, among, frames)
+        found = strongest(targets, among)
         if found is not None:
             first, others = found
             own = float(targets.strength[first])
