@@ -49,7 +49,7 @@ class LinkFitting(Model):
 
     pitch_m: Positive = Field(0.3, description="Side of a cell in which the walker may be [m]")
     spread_m: Positive = Field(
-        0.25, description="Deviation of the walker's way in a second, each axis; it grows with the root of time [m]"
+        0.6, description="Deviation of the walker's way in a second, each axis; it grows with the root of time [m]"
     )
     birth_probability: Probability = Field(0.016, description="Probability that somebody comes, in a second")
     death_probability: Probability = Field(0.016, description="Probability that they leave, in a second")

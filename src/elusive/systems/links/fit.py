@@ -6,6 +6,7 @@ amplitude and noise, else expectation maximisation (:mod:`elusive.systems.links.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from itertools import islice
@@ -33,7 +34,8 @@ YAML = (".yaml", ".yml")
 SOMEBODY = 0.5  # probability from which somebody is counted as there
 HEADER = ("constant", "before", "after")
 UNFITTED = "degrees", "temper", "bias_m", "spread", "width_x_m", "width_y_m", "rotation_deg"
-QUICK = LinkFitting(pitch_m=0.5, iterations=4)
+QUICK = LinkFitting(iterations=4)
+CELLS, WIDEST_M = 900, 0.5  # of a fit at the start: from so many on they are wider, up to this
 READINGS = 150_000  # of links, directions apart, that a fit at the start takes: seconds
 THINNED = 8  # frames read for each that is fitted to, at most
 
@@ -180,8 +182,10 @@ def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking)
         return tracking, ""
     refuse_impossible(nodes, tracking.calibrate.over(empty).mean_dbm, [frame.time_s for frame in empty])
     chosen = [after[k] for k in np.linspace(0, len(after) - 1, most).astype(int)]
+    x0, x1, y0, y1 = tracking.area_of(nodes).bounds_m
+    pitch_m = min(max(QUICK.pitch_m, math.sqrt((x1 - x0) * (y1 - y0) / CELLS)), WIDEST_M)
     try:
-        fitted = fit_links([*empty, *chosen], nodes, tracking, QUICK)
+        fitted = fit_links([*empty, *chosen], nodes, tracking, QUICK.replace(pitch_m=pitch_m))
     except ElusiveError:  # nobody seems to be there, or no link is heard: tracking says what there is to say
         return tracking, ""
     if fitted.fit is not None:

@@ -2,8 +2,10 @@
 
 A filter that tempers its likelihood finds somebody who walks beside another too seldom: what the second does looks like
 a site that the model does not fit, and tempers all evidence of them. But a site does not do it as a person at one place
-would. So each frame's log likelihood ratio of the best place of one more person is summed up from the last time that
-it spoke against any: Page (1954), "Continuous inspection schemes", Biometrika 41, 100-115.
+would: what one link lets err the others know nothing of. So the place is chosen by a part of the links, and judged by
+the rest (cross-validation: Stone, 1974, J. Roy. Stat. Soc. B 36(2), 111-147); and each frame's log likelihood ratio of
+one more person there is summed up from the last time that it spoke against any: Page (1954), "Continuous inspection
+schemes", Biometrika 41, 100-115.
 """
 
 from __future__ import annotations
@@ -24,7 +26,8 @@ from elusive.tracking.lifecycle import Life
 from elusive.tracking.sought import LOUD
 from elusive.tracking.superposed_state import SuperposedState, Target
 
-SOMEBODY = 8.0  # summed log evidence, tempered, from which one more is tried; below 3 with one person in a basement
+SOMEBODY = 5.0  # summed log evidence, tempered, from which one more is tried: 1.1 at most with one person in a basement
+PARTS = 5  # of the links, each judged at the place that the others say is best
 TRIED = 0.8  # existence of who is tried
 PRECISE = 0.2  # least temper of the places at which they are tried
 PAIRS, KNOWN, KNOWN_M, APART_M = 40, 100, 0.3, 1.0  # pairs drawn, and how well and how far off the first is known
@@ -34,7 +37,7 @@ class Unexplained(NamedTuple):
     """What a frame says of one more person."""
 
     log_ratio: float  # at the best place against nobody more, not tempered; NaN where nobody is tracked
-    summed: float = 0.0  # over frames, tempered, less what errors that last bring
+    summed: float = 0.0  # over frames, tempered, of places that other links chose
     place: Array = np.full(2, math.nan)  # the best [m]
     levels: Array = np.empty(0)  # (M,) log ratio at each cell, minus infinity where nobody more is looked for
 
@@ -68,6 +71,8 @@ class OneMore:
         self._centres = centres[area.contains(centres)]
         self._sensor, self._births, self._apart_m = sensor, births, apart_m
         self._expected = sensor.expected_at(self._centres)
+        part = np.random.default_rng(0).permutation(len(sensor.tables.ends)) % PARTS
+        self._parts = [(part == number)[sensor.link, None] for number in range(PARTS)]
 
     def sought(self, before: Unexplained, belief: SuperposedState, frame: TemperedRise) -> Unexplained:
         """Return what a frame says of one more person, after the frame before."""
@@ -77,12 +82,14 @@ class OneMore:
             free &= ((self._centres - target.mean[[X, Y]]) ** 2).sum(axis=1) >= self._apart_m**2
         if not free.any():
             return NOTHING
-        ratio = self._sensor.given(TemperedRise(frame.rise_db, 1.0), [self._effect(target) for target in known])
-        levels = np.where(free, ratio(self._expected), -math.inf)
+        effects = [self._effect(target) for target in known]
+        rises_db = [np.where(part, frame.rise_db, math.nan) for part in self._parts]
+        parts = np.array([self._sensor.given(TemperedRise(rise, 1.0), effects)(self._expected) for rise in rises_db])
+        levels = np.where(free, parts.sum(axis=0), -math.inf)
         best = int(levels.argmax())
-        log_ratio = float(levels[best])
-        summed = max(0.0, before.summed + frame.temper * (log_ratio - frame.optimism - frame.by_chance))
-        return Unexplained(log_ratio, summed, self._centres[best], levels)
+        judged = sum(float(part[(levels - part).argmax()]) for part in parts)
+        summed = max(0.0, before.summed + frame.temper * (judged - frame.by_chance))
+        return Unexplained(float(levels[best]), summed, self._centres[best], levels)
 
     def second(self) -> float:
         """Return the log likelihood ratio, not tempered, that a second person brings a frame on average.
