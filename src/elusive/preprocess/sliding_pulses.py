@@ -3,9 +3,9 @@
 Two radars of one make have nearly one rate. Where a pulse moves by less than its length from spoke to spoke, no sample
 stands alone (:mod:`elusive.preprocess.lone_samples`), but the line goes on beyond any beam. How far it moves is where
 spokes that are farther apart than a beam is wide are most alike in what is strong (by their correlation over range;
-Skolnik, 2008, Radar handbook, section 22.3). A coast is as steep on one side as it falls on another, and a wind farm
-is in one sector: the line is taken for pulses where it is in half of the sectors that it has strong samples in, and
-its mirror image in none. What is strong there, and so in two more such spokes on the line, is no echo.
+Skolnik, 2008, Radar handbook, section 22.3). A coast is another slope in each sector, and a wind farm is in one: the
+line is taken for pulses where half of all sectors are most alike at one shift. What is strong there, and so in two more
+such spokes on the line, is no echo. And what is strong where it was a turn before is fixed: it is not compared.
 """
 
 from __future__ import annotations
@@ -24,10 +24,12 @@ from elusive.sensors.spokes import Spokes, join_spokes
 APART_RAD = math.radians(12.0)  # from spoke to spoke that are compared: wider than a beam
 MOST = 3  # samples that a pulse moves from spoke to spoke at most; others stand alone
 STRONG, BANDS = 0.03, 8  # share of the samples of each band of range that are strong
-SECTORS, OFTEN, ERRORS = 8, 0.5, 5.0  # of a turn; share of them that have the line, by how many errors of chance
+SECTORS, OFTEN, ERRORS = 8, 0.5, 5.0  # of a turn; share of them that show the line most, by so many errors of chance
 NEAR = 1  # samples beside the line
 WIDE = 2  # samples beside a strong one that are of the same pulse
 REMEMBERED = 10  # turns in which it need not be seen
+KEPT_TURNS = 4  # for which what was strong is known: no pulse comes back to its place so soon
+SMALL = 4  # samples: an arc about the radar moves by as many, so that two turns have to show it
 LOOKED = 256  # spokes of a turn that are compared
 TURN_RAD = 2 * math.pi
 
@@ -50,7 +52,9 @@ class SlidingPulses(HeldSpokes):
         self._turn = TURN_RAD / spacing_rad if spacing_rad > 0 else math.inf
         self._sparse = max(1, int(self._turn / LOOKED)) if self._apart else 1
         self._alike: list[Array] = []
-        self._seen, self._without, self.slide = 0, 0, slide
+        self._seen, self._turns, self._without, self.slide = 0, 0, 0, slide
+        self._found: int | None = None  # in the turn before
+        self._before: NDArray[np.uint8] | None = None
 
     def _changed(self, spokes: Spokes, counts: Counter[str]) -> NDArray[np.float32] | None:
         away, apart = self._away, self._apart
@@ -60,7 +64,7 @@ class SlidingPulses(HeldSpokes):
         pieces = math.ceil(2 * SECTORS * (last - away) / self._turn)
         for piece in np.array_split(np.arange(away, last, self._sparse), pieces):
             strong, then = _strong(amplitude[piece], level), _strong(amplitude[piece + apart], level)
-            self._alike.append(_alike(strong, then, apart))
+            self._alike.append(_alike(strong & ~self._fixed(strong, spokes.azimuth_rad[piece]), then, apart))
         self._seen += last - away
         if self._seen >= self._turn:
             self._turned()
@@ -71,9 +75,24 @@ class SlidingPulses(HeldSpokes):
         left[pulses] = np.nan
         return left
 
+    def _fixed(self, strong: NDArray[np.bool_], azimuth_rad: Array) -> NDArray[np.bool_]:
+        """Which samples ``(n, R)`` were strong in one of the turns before, or beside one that was; these are kept."""
+        bins = round(self._turn / self._sparse)
+        if self._before is None or self._before.shape[1:] != strong.shape[1:]:
+            self._before = np.zeros((2, bins, strong.shape[1]), np.uint8)  # until this turn, and with it
+        before, now = self._before
+        at = (azimuth_rad / TURN_RAD * bins).astype(np.int64) % bins
+        now[at] = np.where(strong, KEPT_TURNS, np.maximum(before[at], 1) - 1)
+        return _wide(before[at] > 0)
+
     def _turned(self) -> None:
         """Judge a turn: what slides may be beyond the greatest range for some."""
-        found, self._alike, self._seen = _slide(np.array(self._alike)), [], 0
+        seen, self._alike, self._seen = _slide(np.array(self._alike)) if self._turns else None, [], 0
+        sure = seen is not None and (abs(seen) > SMALL or (self._found is not None and abs(seen - self._found) <= NEAR))
+        found, self._found = seen if sure else None, seen
+        self._turns += 1
+        if self._before is not None:
+            self._before[0] = self._before[1]
         self._without = 0 if found is not None else self._without + 1
         if found is not None or self._without > REMEMBERED:
             self.slide = found
@@ -94,7 +113,7 @@ def without_sliding(parts: Sequence[Spokes], spacing_rad: float) -> tuple[Sequen
     strong = _strong(spokes.amplitude, _level(spokes.amplitude[::sparse]))
     pairs = np.array_split(np.arange(0, len(strong) - apart, sparse), 2 * SECTORS)
     slide = _slide(np.array([_alike(strong[one], strong[one + apart], apart) for one in pairs]))
-    if slide is None:
+    if slide is None or abs(slide) <= SMALL:
         return parts, None
     none = np.zeros((2 * apart, strong.shape[1]), np.bool_)
     amplitude = spokes.amplitude.astype(np.float32)
@@ -129,15 +148,13 @@ def _slide(alike: Array) -> int | None:
     parts = np.array([part.sum(axis=0) for part in np.array_split(alike, min(SECTORS, len(alike)))])
     near = np.array([np.convolve(part, np.ones(2 * NEAR + 1), "same") for part in parts])
     chance = np.median(near, axis=1, keepdims=True)
-    clear = (near - chance) > ERRORS * np.sqrt(np.maximum(chance, 1.0))
-    reach = alike.shape[1] // 2
-    most = int((near - chance).sum(axis=0).argmax())
-    slide = int(most - reach)
-    if abs(slide) <= NEAR or len(parts) < SECTORS:
+    over, reach = near - chance, alike.shape[1] // 2
+    most = int(over.sum(axis=0).argmax())
+    clear = over[:, most] > ERRORS * np.sqrt(np.maximum(chance[:, 0], 1.0))
+    there = clear & (np.abs(over.argmax(axis=1) - most) <= NEAR)
+    if abs(most - reach) <= NEAR or len(parts) < SECTORS or there.mean() < OFTEN:
         return None
-    if clear[:, most].mean() < OFTEN or clear[:, 2 * reach - most].any():
-        return None
-    return slide
+    return int(most - reach)
 
 
 def _on_line(strong: NDArray[np.bool_], apart: int, slide: int) -> NDArray[np.bool_]:
@@ -145,6 +162,11 @@ def _on_line(strong: NDArray[np.bool_], apart: int, slide: int) -> NDArray[np.bo
     n = len(strong) - 4 * apart
     two, one, _, after, then = (_shifted(strong[k * apart : k * apart + n], (2 - k) * slide) for k in range(5))
     hit = strong[2 * apart : 2 * apart + n] & ((one & after) | (two & one) | (after & then))
+    return _wide(hit)
+
+
+def _wide(hit: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return samples, and those beside them in range."""
     wide = hit.copy()
     for k in range(1, WIDE + 1):
         wide[:, k:] |= hit[:, :-k]
