@@ -80,7 +80,7 @@ def track_video(
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
         swell = swell_after(swell, belief.tracks, one.turn, sensor)
         ghosts = ghosts_after(ghosts, belief.tracks, one.turn, sensor)
-        peaks = peaks_after(peaks, belief.tracks, one.turn, one.clutter.fixed, sensor)
+        peaks = peaks_after(peaks, belief.tracks, one.turn, sensor)
         one = one._replace(learnt=one.learnt._replace(swell=swell, ghosts=ghosts, peaks=peaks))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
         tracks = at_peaks(without_ghosts(without_crests(belief.tracks, swell), ghosts), peaks, one.turn.time_s, sensor)
