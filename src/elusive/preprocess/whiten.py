@@ -138,7 +138,7 @@ def whitened(
     stays = state.stays + (excess - state.stays) / JUDGED_FRAMES
     if state.judged.chosen is not None and state.staying > STAYS:
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
-    trend, parts = flattened(state.trend, parts)
+    trend, parts = flattened(state.trend, parts, explained)
     model = NoiseModel(
         frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated, cycles
     )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.tracking.footprint import Footprint
 from elusive.tracking.trail import Trail
 
@@ -26,12 +27,13 @@ class Scale(NamedTuple):
 
     time_s: float
     smoothing: float
-    gain: float  # score of a sum of evidence
+    recurrent: RecurrentState  # which knows what noise accumulates to
     threshold: float  # score that makes an object
 
     def score(self, trail: Trail, path: Array) -> float:
         """Score of the evidence along a path."""
-        return self.gain * trail.total(self.time_s, path, self.smoothing)
+        unit = self.recurrent.deviation * self.recurrent.spread(path[2:])
+        return (1 - self.smoothing) * trail.total(self.time_s, path, self.smoothing) / unit if unit else 0.0
 
 
 def patch_of(footprint: Footprint) -> int:

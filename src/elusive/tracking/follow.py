@@ -55,11 +55,13 @@ class Follower:
         When tracks are believed and end.
     footprint
         What a target does to evidence.
+    clutter
+        Whether evidence is held against what it accumulates to without a target, or against white noise.
     """
 
-    def __init__(self, flt: RecurrentFilter, tracker: PeakTracker, footprint: Footprint) -> None:
+    def __init__(self, flt: RecurrentFilter, tracker: PeakTracker, footprint: Footprint, clutter: bool = False) -> None:
         self.tracker, self.footprint = tracker, footprint
-        self.search = VelocitySearch(flt, footprint)
+        self.search = VelocitySearch(flt, footprint, clutter)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> FollowedState:
         """Return the state before the first frame: no track."""
@@ -112,9 +114,8 @@ class Follower:
         if recurrent.belief is None:
             return state._replace(time_s=time_s, frames=state.frames + 1, search=search)
         limit, shape = threshold(recurrent, max(seen, 1)), recurrent.score.shape
-        gain = (1 - self.search.filter.smoothing) / recurrent.deviation if recurrent.deviation else 0.0
-        smoothing = self.search.filter.smoothing
-        tracks = [track._replace(score=gain * track.trail.total(time_s, track.path, smoothing)) for track in tracks]
+        scale = Scale(time_s, self.search.filter.smoothing, recurrent, limit)
+        tracks = [track._replace(score=scale.score(track.trail, track.path)) for track in tracks]
         judged = [
             self._judged(self._placed(track, at, shape), shape, None if given is None else track.score > limit)
             for track in tracks
@@ -134,8 +135,7 @@ class Follower:
 
     def scale(self, state: FollowedState, time_s: float) -> Scale:
         """Return what evidence is measured by after a state's frame."""
-        smoothing, deviation = self.search.filter.smoothing, state.search.recurrent.deviation
-        return Scale(time_s, smoothing, (1 - smoothing) / deviation if deviation else 0.0, state.threshold)
+        return Scale(time_s, self.search.filter.smoothing, state.search.recurrent, state.threshold)
 
     def _explained(self, evidence: Map, at: Array, tracks: list[PeakTrack], scale: Scale) -> list[PeakTrack]:
         """Follow the tracks to where a frame's evidence has them, and take them out of it, in place."""
@@ -155,11 +155,12 @@ class Follower:
             hidden = max((_share(other, track, shape, flt.border) for other, _ in others), default=0.0)
             apart = [one for one in others if not together(track, one[0], patch, shape, flt.border)]
             seen = cut([self._without(frame, track, apart)], time_s, track.path, patch, flt.border)
+            fresh = track.fresh.after(value / deviation / scale.recurrent.spread(path[2:]), flt.smoothing)
             about = track.about.after(seen, most)
             followed.append(track._replace(
                 path=path, trail=trail, age=age_of(trail, path, time_s, flt.smoothing), about=about,
                 footprint=as_wide_as_seen(self.footprint, about, path, scale),
-                fresh=track.fresh.after(value / deviation, flt.smoothing) if hidden < ENTWINED else track.fresh,
+                fresh=fresh if hidden < ENTWINED else track.fresh,
             ))  # fmt: skip
         paths = np.array([track.path for track in followed])
         for track, size in zip(followed, self._sizes(frame, paths, tracks), strict=True):

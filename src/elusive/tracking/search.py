@@ -59,10 +59,12 @@ class VelocitySearch:
         Accumulates the evidence.
     footprint
         What a target does to it.
+    clutter
+        Whether scores are held against what the evidence itself accumulates to, or against white noise.
     """
 
-    def __init__(self, flt: RecurrentFilter, footprint: Footprint) -> None:
-        self.filter, self.footprint = flt, footprint
+    def __init__(self, flt: RecurrentFilter, footprint: Footprint, clutter: bool = False) -> None:
+        self.filter, self.footprint, self.clutter = flt, footprint, clutter
 
     def init(self, rng: Generator, time_s: float = math.nan) -> SearchState:
         """Return the state before the first frame."""
@@ -88,6 +90,10 @@ class VelocitySearch:
         if recurrent.scene_px or any(scene_px):
             recurrent = self.filter.carried(recurrent, np.subtract(scene_px, recurrent.scene_px or 0.0))
         recurrent = self.filter.step(recurrent, time_s, evidence, rng)
+        if self.clutter:
+            self.filter.learn_clutter(
+                recurrent, recurrent.score.size / (2 * self.footprint.half) ** recurrent.score.ndim
+            )
         if evidence is None:
             return SearchState(recurrent, state.past)
         kept = np.array(np.atleast_2d(evidence), dtype=np.float32)
@@ -141,8 +147,8 @@ class VelocitySearch:
         """Refine a peak; None where less is left of it than the threshold, or all in one frame."""
         now, smoothing, step = state.recurrent.time_s, self.filter.smoothing, max(1.0, self.footprint.half)
         trail = cut(state.past, now, start, 3 * math.ceil(step), self.filter.border)
-        gain = (1 - smoothing) / state.recurrent.deviation
-        if not gain * trail.total(now, start, smoothing) > threshold:
+        scale, footprint = Scale(now, smoothing, state.recurrent, threshold), self.footprint
+        if not scale.score(trail, start) > threshold:
             return None
         shorter, frames = start, STAGES
         while frames < len(trail.times_s):
@@ -153,7 +159,6 @@ class VelocitySearch:
         for _ in range(RECUT):
             trail = cut(state.past, now, path, self.patch, self.filter.border)
             path = trail.climbed(now, path, smoothing, self.footprint.slope)
-        scale, footprint = Scale(now, smoothing, gain, threshold), self.footprint
         for _ in range(RECUT):
             # to the middle of all that is seen of it
             trail = cut(state.past, now, path, self.patch, self.filter.border)

@@ -151,7 +151,7 @@ def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
     frames = rng.standard_t(4, (1500, 400))
     told = {"filter": {"smoothing": 0.8, "max_velocity": 2}, "clip": None, "false_alarm": {"probability": 0.01}}
     own = list(track_signal(frames, SignalTracking(**told, calibration_frames=800)))[800:]
-    gaussian = list(track_signal(frames[800:], SignalTracking(**told)))
+    gaussian = list(track_signal(frames[800:], SignalTracking(**told, noise="white")))
     rates = [np.mean([r.state.score.max() > r.state.threshold for r in results[20::10]]) for results in (own, gaussian)]
     assert rates[0] < 0.1
     assert rates[1] > 0.3

@@ -32,6 +32,7 @@ class Accumulated:
     offsets: NDArray[np.int64]  # (V, 2) x, y that each velocity has moved [cells]
     bounded: bool
     mixture: Mixture | None
+    spreads: Array  # (V,) by how much each velocity varies without a target, to white noise: scores are held against it
 
     def advance(
         self, elapsed_s: float, scene: tuple[float, ...], evidence: Map, alpha: float, gain: float, variance: float,
@@ -42,8 +43,9 @@ class Accumulated:
         ``switched`` is how probable a change of velocity is, to a second's.
         """
         x, y = (*scene, 0.0, 0.0)[:2]
+        held = (1.0 / self.spreads).astype(self.planes.dtype)
         arguments: tuple[Any, ...] = (
-            self.vectors, self.offsets, elapsed_s, x, y, evidence, self.work, alpha, gain, variance,
+            self.vectors, self.offsets, elapsed_s, x, y, evidence, (*self.work, held), alpha, gain, variance,
             most_of_square(evidence), self.bounded, score, velocity,
         )  # fmt: skip
         if self.later is None or self.mixture is None:
@@ -85,6 +87,7 @@ class Accumulated:
             frame, accumulated, None if mixture is None else np.zeros_like(accumulated),
             (np.empty(cells, dtype), np.empty(cells, dtype), np.empty(cells, np.int32)),
             vectors, np.rint(elapsed_s * vectors + scene).astype(np.int64), bounded, mixture,
+            np.ones(len(vectors)),
         )  # fmt: skip
 
 

@@ -29,8 +29,9 @@ def straight(
 
     A cell of ``planes[v]`` is where its trajectory was anchored; it stands ``offsets[v]`` further, round the frame.
     The maps of the tile in ``work`` (scaled evidence, maximum, its index) are two frames wide, so that a row of any
-    offset is one stretch. A square of evidence counts ``most`` at most towards the variance. Returns the variance and
-    the best cell's flat index; where the evidence is not finite, neither is the variance, and nothing has changed.
+    offset is one stretch; its last, ``held``, is what each velocity is worth. A square of evidence counts ``most`` at
+    most towards the variance. Returns the variance and the best cell's flat index; where the evidence is not finite,
+    neither is the variance, and nothing has changed.
     """
     count, rows, columns = planes.shape
     variance = alpha * alpha * variance + gain * gain * _mean_square(evidence, most)
@@ -38,7 +39,7 @@ def straight(
         return variance, 0
     shifts = _move(offsets, vectors, at, scene_x, scene_y)
     keep, flat = planes.dtype.type(alpha), planes.reshape(-1)
-    scaled, best, which = work
+    scaled, best, which, held = work
     span, height = 2 * columns, tile_rows(rows, columns)
     width = min(span, 2 * TILE)
     starts = np.empty(3, np.int64)
@@ -63,9 +64,9 @@ def straight(
                         starts[e] = row + start
                         _update(flat, starts[e], scaled, x, length, keep)
                     if three:
-                        _highest_of_three(flat, starts, best, which, x, length, v)
+                        _highest_of_three(flat, starts, best, which, x, length, v, held[v : v + 3])
                     else:
-                        _highest(flat, starts[0], best, which, x, length, v)
+                        _highest(flat, starts[0], best, which, x, length, v, held[v])
                 v += group
         found = _close(best, which, top, bottom, span, np.sqrt(variance), score, velocity, found)
     return variance, found[0]
@@ -88,7 +89,7 @@ def switching(
         return variance, 0
     shifts = _move(offsets, vectors, at, scene_x, scene_y)
     keep, one, flat, into = planes.dtype.type(alpha), planes.dtype.type(1), planes.reshape(-1), later.reshape(-1)
-    scaled, best, which = work
+    scaled, best, which, held = work
     span, height = 2 * columns, tile_rows(rows, columns)
     found = (0, -np.inf)
     later[count:] = 0
@@ -108,7 +109,7 @@ def switching(
                     _forget(into, row, 0, columns, 0, shifts[v], y, rows, columns)
                 x = (y - top) * span
                 _update(into, row, scaled, x, columns, keep)
-                _highest(into, row, best, which, x, columns, v)
+                _highest(into, row, best, which, x, columns, v, held[v])
                 if len(planes) > count:
                     _add(into, (count * rows + y) * columns, into, row, columns, one)
         found = _close(best, which, top, bottom, span, np.sqrt(variance), score, velocity, found)
@@ -131,27 +132,28 @@ def _add(total: Any, start: int, planes: Any, source: int, length: int, share: A
 
 
 @njit(cache=True, nogil=True)
-def _highest(planes: Any, start: int, best: Any, which: Any, x: int, length: int, v: int) -> None:
+def _highest(planes: Any, start: int, best: Any, which: Any, x: int, length: int, v: int, held: Any) -> None:
     """Raise the maximum over a stretch, where the first velocity to attain it counts."""
     p, s, index = uint64(start), uint64(x), np.int32(v)
     for i in range(uint64(length)):
-        value, most, at = planes[p + i], best[s + i], which[s + i]
+        value, most, at = held * planes[p + i], best[s + i], which[s + i]
         best[s + i] = value if value > most else most
         which[s + i] = index if value > most else at
 
 
 @njit(cache=True, nogil=True)
-def _highest_of_three(planes: Any, starts: Any, best: Any, which: Any, x: int, length: int, v: int) -> None:
+def _highest_of_three(planes: Any, starts: Any, best: Any, which: Any, x: int, length: int, v: int, held: Any) -> None:
     """:func:`_highest` of velocities v, v + 1 and v + 2."""
     p, q, r, s = uint64(starts[0]), uint64(starts[1]), uint64(starts[2]), uint64(x)
     one, two, three = np.int32(v), np.int32(v + 1), np.int32(v + 2)
+    first, second, third = held[0], held[1], held[2]
     for i in range(uint64(length)):
         most, at = best[s + i], which[s + i]
-        value = planes[p + i]
+        value = first * planes[p + i]
         most, at = (value, one) if value > most else (most, at)
-        value = planes[q + i]
+        value = second * planes[q + i]
         most, at = (value, two) if value > most else (most, at)
-        value = planes[r + i]
+        value = third * planes[r + i]
         best[s + i] = value if value > most else most
         which[s + i] = three if value > most else at
 

@@ -20,6 +20,7 @@ from elusive.filters.accumulate._accumulated import Accumulated, work_cells
 from elusive.filters.accumulate._accumulated import Map as Map
 from elusive.filters.accumulate._memory import refuse_beyond_half
 from elusive.filters.accumulate._recurrent_mixture import Mixture, adjacent, any_other, by_matrix
+from elusive.filters.accumulate.clutter import clutter_spreads
 from elusive.filters.accumulate.velocity_bank import VelocityBank
 from elusive.model import FROM_RECORDING, Probability
 
@@ -36,6 +37,13 @@ class RecurrentState(NamedTuple):
     mean: Array  # x, vx[, y, vy] of the best cell [cells, cells / s]
     scene_px: tuple[float, ...]  # how far the scene has been carried, x[, y]
     belief: Accumulated | None  # None before the first evidence
+
+    def spread(self, velocity: Array) -> float:
+        """Return the deviation of what noise accumulates along a velocity ``(2,)``, to that of white noise."""
+        if self.belief is None:
+            return 1.0
+        nearest = np.square(self.belief.vectors - velocity).sum(axis=1).argmin()
+        return float(self.belief.spreads[nearest])
 
 
 class RecurrentFilter(VelocityBank):
@@ -156,6 +164,15 @@ class RecurrentFilter(VelocityBank):
         if state.belief is not None:
             weight = (1.0 - self.smoothing) * self.smoothing ** (state.time_s - time_s)
             state.belief.forget(time_s - state.start_s, scene_px, corner, removed, weight)
+
+    def learn_clutter(self, state: RecurrentState, independent: float) -> None:
+        """Learn in place how far noise varies along each velocity, which scores are held against from the next step on.
+
+        ``independent`` says how many cells of the evidence vary by themselves.
+        """
+        if state.belief is not None and state.deviation > 0:
+            belief = state.belief
+            belief.spreads = clutter_spreads(belief.planes[: len(belief.vectors)], state.deviation, independent)
 
     def step(
         self, state: RecurrentState, time_s: float, measurement: ArrayLike | None, rng: Generator

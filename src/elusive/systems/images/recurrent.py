@@ -184,7 +184,6 @@ class SeveralTargets:
             name: value for name, value in untested.items() if getattr(model.tracker, name) == getattr(usual, name)
         }
         model.check_memory(sensor.shape)
-        self._follower = Follower(model, model.tracker.replace(**tests), model.footprint)
         self._source: EvidenceOfNoise | None = None
         if not isinstance(model.statistic, Points):
             self._source = ObjectEvidence(model.statistic)
@@ -193,6 +192,9 @@ class SeveralTargets:
         widths = {"sigmas_px": sensor.widths_px} if isinstance(sensor, ClutterSensor) else {}
         self._whitener = background.replace(**widths)
         self._law_from = model.threshold_from or ("likelihood" if self._source is None else "simulation")
+        # frames that are declared white are
+        clutter = isinstance(sensor, ClutterSensor) and self._law_from == "simulation"
+        self._follower = Follower(model, model.tracker.replace(**tests), model.footprint, clutter)
 
     def init(self, rng: Generator, time_s: float = math.nan) -> SeveralState:
         """Return the state before the first frame; white noise is simulated here, where that is asked for."""

@@ -30,6 +30,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _alarms(parameters, facts),
         _bursts(facts),
         _followed(facts),
+        _clutter(facts),
         _alike(facts),
         _rest(parameters, facts),
         _axes(facts),
@@ -139,6 +140,19 @@ def _followed(facts: SignalFacts) -> Finding:
         f"taken from the latest ones, so that an object that stays at a place for {MEMORY} frames is taken for a "
         "level, and is not found.",
         "Where levels are known to be steady, --noise white; where frames without an object are, --calibration-frames.",
+        grave=False,
+    )
+
+
+def _clutter(facts: SignalFacts) -> Finding:
+    """Say where the level of the noise lasts or travels, as clutter's does, so that objects must be louder."""
+    fact = facts.clutter
+    return fact.finding(
+        "signals.clutter",
+        f"Noise accumulates to up to {fact.seen:.1f} times as much as white noise does: its level lasts for some "
+        "frames, or travels, as that of clutter. Scores are held against it, and an object along such a velocity has "
+        "to be that much louder to be found.",
+        "A smaller --smoothing forgets sooner what lasts; --max-velocity and a longer --object-size leave some out.",
         grave=False,
     )
 

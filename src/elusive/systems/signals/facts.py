@@ -24,6 +24,7 @@ FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
 ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
 MANY, ALIKE, MOST = 4, 0.15, 0.8  # tracks at once; part of their velocity by which they differ; share that do not
+SPREAD = 1.2  # deviation of what accumulates, to that of white noise, that is as good as right
 FEW_FRAMES = 10  # in which many tracks move alike by chance
 EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
 KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
@@ -43,6 +44,7 @@ class SignalFacts:
         self._stays, self._ratios, self._usable = np.zeros(0), 0.0, 0
         self._followed = 0
         self._squares = 0.0
+        self._spreads = list[float]()  # of each frame that can be used
         self._alarms, self._waiting = 0, dict[int, int]()  # of nothing; of candidates, that may be believed yet
         self._judged = self._single = self._outstanding = 0
         self.believed = False  # whether there has been a track
@@ -64,6 +66,8 @@ class SignalFacts:
         if (len(self._first) + 1) * white.size <= KEPT_SAMPLES:
             self._first.append(step.measurement)
         self._noise = state.noise
+        if len(self._spreads) < KEPT_LEVELS:
+            self._spreads.append(state.spread)
         self._followed += state.noise is not None and state.noise.memory_frames <= MEMORY
         if len(self.levels) < KEPT_LEVELS:
             self.levels.append(math.log(power))
@@ -194,6 +198,12 @@ class SignalFacts:
         # so many times the memory, each sample once, are independent
         count = self.samples * max(frames, 0) / MEMORY
         return Fact(1.0, seen, not (count > 0 and seen > STAYS + 5 * math.sqrt(2 / count)), count)
+
+    @property
+    def clutter(self) -> Fact:
+        """Deviation of what accumulates along the worst velocity, in the middle frame, to that of white noise."""
+        seen = float(np.median(self._spreads)) if self._spreads else 1.0
+        return Fact(1.0, seen, seen <= SPREAD, self._usable)
 
     @property
     def followed(self) -> Fact:

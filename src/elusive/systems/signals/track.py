@@ -49,6 +49,7 @@ class SignalState(NamedTuple):
     read_back: Mapping[int, ReadBack] = NOTHING  # of tracks confirmed in this frame: where they were before
     noise: NoiseModel | None = None  # what is known of it, where it is estimated as frames come
     alone: float = math.nan  # probability that noise's evidence is as high in this frame alone, beside all tracks
+    spread: float = 1.0  # of what accumulates along the worst velocity without an object, to that of white noise
     gap: bool = False  # a frame that is constant, or in which too many samples are missing
 
 
@@ -120,6 +121,8 @@ def track_signal(
         parameters.recursion,
         parameters.tracks,
         Footprint.of_object(parameters.statistic.window, parameters.object_size),
+        # calibration frames tell it otherwise
+        clutter=parameters.noise == "estimated" and not parameters.calibration_frames,
     )
     if known is None:
         known = _Known(parameters.whitened, (), follower.init(rng, -1.0), {})
@@ -189,7 +192,9 @@ def _follow(
             yield Step(time_s, frame, missed, shown)
         else:
             alone = math.nan if found is None else _alone(found, state.tracks, null)
-            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone)
+            recurrent = state.search.recurrent
+            spread = 1.0 if recurrent.belief is None else float(recurrent.belief.spreads.max())
+            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone, spread)
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
         raise DataError(
