@@ -17,6 +17,7 @@ from elusive.tracking.peak_targets import PeakTargets
 
 OFF_PX, LEAST_PX, MOST_PX = 2.0, 6.0, 60.0  # of a corner from where it should be; sides of a box
 LIKE = 0.7  # of the logarithms of contrasts of corners
+CORNERS = 4
 MANY = 40  # strongest, among which corners are sought
 BESIDE_PX, MIDDLE = 4.0, 0.3  # about a box, and share of its sides from its middle, within which something is its
 
@@ -57,7 +58,7 @@ def boxes(targets: PeakTargets, moving: NDArray[np.bool_]) -> list[NDArray[np.in
     """Return the corners of upright boxes among what moves, four each, each in one box, the strongest first."""
     some = np.flatnonzero(moving)
     some = some[np.argsort(-targets.strength[some], kind="stable")][:MANY]
-    if len(some) < len("four"):
+    if len(some) < CORNERS:
         return []
     place, velocity, level = targets.mean_place[some], targets.mean_velocity[some], targets.level[some]
     bright = targets.bright[some]
