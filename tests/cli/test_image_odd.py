@@ -55,6 +55,13 @@ def grey(frames: Array) -> np.ndarray:
     return np.clip(np.round(frames), 0, 255).astype(np.uint8)
 
 
+def as_jpeg(frame: Array) -> np.ndarray:
+    """A frame as a camera compresses it."""
+    file = io.BytesIO()
+    Image.fromarray(grey(frame)).save(file, "JPEG", quality=60)
+    return np.array(Image.open(file))
+
+
 def deep(frames: Array) -> np.ndarray:
     """Fourteen bits in sixteen."""
     return np.round(7000 + 12 * (frames - 120)).astype(np.uint16)
@@ -199,9 +206,7 @@ def test_a_clock_with_soft_edges_is_named_and_not_shown(elusive_in: Run, tmp_pat
         large = Image.new("L", (2 * COLUMNS, 2 * ROWS))
         ImageDraw.Draw(large).text((20, 216), f"12:04:{k // 10:02d}", fill=255, font_size=26)
         cover = np.asarray(large, float).reshape(ROWS, 2, COLUMNS, 2).mean(axis=(1, 3)) / 255
-        file = io.BytesIO()
-        Image.fromarray(grey(frame + cover * (235 - frame))).save(file, "JPEG", quality=60)
-        coded.append(np.array(Image.open(file)))
+        coded.append(as_jpeg(frame + cover * (235 - frame)))
     np.save(tmp_path / "frames.npy", np.array(coded))
     code, said = elusive_in(*TRACK)
     assert code == 0, said
@@ -225,9 +230,7 @@ def test_a_gate_about_a_target_is_named_and_the_target_shown(elusive_in: Run, tm
             pen.line((*corner, corner[0] - 12 * a, corner[1]), fill=255, width=4)
             pen.line((*corner, corner[0], corner[1] - 12 * b), fill=255, width=4)
         cover = np.asarray(large, float).reshape(ROWS, 4, COLUMNS, 4).mean(axis=(1, 3)) / 255
-        file = io.BytesIO()
-        Image.fromarray(grey(frame + cover * (255 - frame))).save(file, "JPEG", quality=60)
-        coded.append(np.array(Image.open(file)))
+        coded.append(as_jpeg(frame + cover * (255 - frame)))
     np.save(tmp_path / "frames.npy", np.array(coded))
     code, said = elusive_in(*TRACK)
     assert code == 0, said

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from scipy.signal import lfilter
 
 from elusive.cli import main
@@ -124,6 +126,25 @@ def test_noise_that_goes_on_from_frame_to_frame_is_no_object() -> None:
         frame[18:23, x - 2 : x + 3] += np.sqrt(8) * rng.standard_normal((5, 5))
     (track,) = confirmed(frames)[-1]
     assert np.hypot(*np.subtract(track.position, (x, 20))) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("sensor", "learns"), [({"kind": "clutter"}, True), ({"kind": "white", "noise_sigma": 1.0}, False)]
+)
+def test_recorded_evidence_is_held_against_the_clutter_and_white_noise_against_itself(
+    sensor: dict[str, Any], learns: bool
+) -> None:
+    """Under a level that lasts for fifteen frames there were 17 tracks in three such recordings, and are 4."""
+    rng, level, kept = np.random.default_rng(0), np.zeros((48, 48)), math.exp(-1 / 15)
+    flt: Any = tracking(2.0, 48, sensor=sensor).recursion
+    state, numbers = flt.init(np.random.default_rng(0), 0.0), set[int]()
+    for number in range(80):
+        fresh = gaussian_filter(rng.standard_normal((48, 48)), 5, mode="wrap") * 5 * math.sqrt(4 * math.pi)
+        level = kept * level + math.sqrt(1 - kept**2) * fresh
+        state = flt.step(state, float(number), np.exp(0.5 * level) * rng.standard_normal((48, 48)), rng)
+        numbers |= {track.track for track in state.tracks if track.status == "confirmed"}
+    assert (state.followed.search.recurrent.belief.spreads.max() > 1.2) == learns
+    assert (len(numbers) <= 3) == learns
 
 
 def test_the_command_tracks_objects(tmp_path: Path) -> None:

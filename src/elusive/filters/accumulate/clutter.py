@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.filters.accumulate._accumulated import ASKED, HALF
 
-ASKED = 1024  # cells of a map that are asked
-HALF = 0.6745  # median of a normal number's size
 CLIP = 2.0  # deviations of the map's middle that a cell counts at most: an object is no clutter
 OF_NORMAL = 0.9205  # mean square of a normal number clipped so
 BEYOND = 3.0  # deviations by chance, up to which nothing is seen
