@@ -214,7 +214,9 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize("name", longer(WRONG, "from a bow", "too sure by four", "two at random"))
+@pytest.mark.parametrize(
+    "name", longer(WRONG, "from a bow", "too sure by four", "two at random", "swinging", "misplaced", "clock")
+)
 @pytest.mark.parametrize("how", longer(HOW, *HOW[1:]))
 def test_a_wrong_input_is_named(tmp_path, capsys, name, how):
     draw, places, sigma_deg, sentence = WRONG[name]
@@ -267,7 +269,7 @@ UNLABELLED = {
 }
 
 
-@pytest.mark.parametrize("name", longer(UNLABELLED, "too sure"))
+@pytest.mark.parametrize("name", longer(UNLABELLED, "too sure", "degrees"))
 def test_a_wrong_input_of_several_emitters_is_named(tmp_path, capsys, name):
     change, places, sigma_deg, sentences = UNLABELLED[name]
     heard = crowd(15, 2, times=40, false=1.0)[1]

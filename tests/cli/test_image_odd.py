@@ -14,6 +14,7 @@ from scipy import ndimage
 
 from elusive.contracts import Array
 from tests.cli.test_radar import Run
+from tests.longer import longer
 
 FRAMES, ROWS, COLUMNS, NOISE = 70, 128, 160, 2.0
 SETTLED, DUE, NEAR_PX = 10, 40, 4.0  # frames from which a target is to be followed, and shown; its track's distance
@@ -168,7 +169,7 @@ def test_where_nothing_is_nothing_is_shown(elusive_in: Run, tmp_path: Path) -> N
     assert np.count_nonzero(rows_of(tmp_path)["shown"] == 1) < 0.1 * FRAMES
 
 
-@pytest.mark.parametrize("target", [True, False])
+@pytest.mark.parametrize("target", longer([True, False], False))
 def test_a_camera_that_rolls_shows_no_part_of_its_scene(elusive_in: Run, tmp_path: Path, *, target: bool) -> None:
     """So few of its parts were sure tracks that they did not tell how the camera turns, and were shown as movers."""
     rng = np.random.default_rng([6, 40, target])
@@ -197,7 +198,7 @@ def test_a_blinking_mark_is_named_and_not_shown(elusive_in: Run, tmp_path: Path)
     assert not np.count_nonzero((rows["shown"] == 1) & (rows["existence"] > 0.9))
 
 
-@pytest.mark.parametrize("target", [True, False])
+@pytest.mark.parametrize("target", longer([True, False], False))
 def test_a_clock_with_soft_edges_is_named_and_not_shown(elusive_in: Run, tmp_path: Path, *, target: bool) -> None:
     """Compressed, before a scene that goes by: its digits were taken for parts of that, and surely moved."""
     frames = seen(np.random.default_rng([6, 60, target]), (-0.85, 0.2), target=target)

@@ -63,7 +63,7 @@ def test_the_recorded_log_is_right(basement, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "name", "words"),
     [
-        (lambda lines: lines[:9], "links.reciprocity", "read with nine"),
+        pytest.param(lambda lines: lines[:9], "links.reciprocity", "read with nine", marks=pytest.mark.validate),
         (lambda lines: lines[::-1], "links.path-loss", "in another order"),
     ],
 )
@@ -86,6 +86,7 @@ def test_other_units_of_length_are_refused(basement, tmp_path, capsys, factor, w
     assert words in said
 
 
+@pytest.mark.validate
 @recorded
 def test_two_nodes_that_are_exchanged_are_named(basement, tmp_path, capsys):
     nodes = rewritten(basement, tmp_path, lambda lines: [lines[5], *lines[1:5], lines[0], *lines[6:]])

@@ -58,6 +58,7 @@ def test_what_is_right_is_not_remarked_on(elusive_in: Run, tmp_path: Path) -> No
     assert failing(tmp_path) == set()
 
 
+@pytest.mark.validate
 def test_errors_told_too_small_are_named_and_fitted(elusive_in: Run, tmp_path: Path) -> None:
     """25 m and 6 mrad, told as 10 and 1: five tracks for each ship, and more. Not told they are found."""
     plots(tmp_path, range_sd_m=25.0, bearing_sd_mrad=6.0)
@@ -110,6 +111,7 @@ def test_nautical_miles_iso_times_and_further_columns_give_the_same_tracks(elusi
     np.testing.assert_allclose(tracks(tmp_path), before, atol=1e-3)
 
 
+@pytest.mark.validate
 def test_bearings_in_radians_are_named(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     rewritten(tmp_path, 2, np.pi / 180)
@@ -172,7 +174,7 @@ def inland(folder: Path, turned_deg: float) -> None:
     (folder / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg", *lines]))
 
 
-@pytest.mark.parametrize("turned_deg", [0.0, 6.0])
+@pytest.mark.parametrize("turned_deg", longer([0.0, 6.0], 6.0))
 def test_a_wrong_north_is_told_by_what_stands_on_land(elusive_in: Run, tmp_path: Path, turned_deg: float) -> None:
     plots(tmp_path, false_alarms=0.5)
     inland(tmp_path, turned_deg)
@@ -201,10 +203,8 @@ def in_parts(lines: list[str]) -> list[str]:
     return [",".join([f"{float(row[0]) + 0.8 * (float(row[2]) // 120):g}", *row[1:]]) for row in rows]
 
 
-@pytest.mark.parametrize(
-    ("change", "name"),
-    longer([(told_again, "radar.repeated"), (coarse, "radar.rounding")], (told_again, "radar.repeated")),
-)
+@pytest.mark.validate
+@pytest.mark.parametrize(("change", "name"), [(told_again, "radar.repeated"), (coarse, "radar.rounding")])
 def test_what_is_not_measured_anew_is_named(
     elusive_in: Run, tmp_path: Path, change: Callable[[list[str]], list[str]], name: str
 ) -> None:
@@ -230,6 +230,7 @@ def test_parts_of_a_turn_are_put_together(elusive_in: Run, tmp_path: Path) -> No
     assert len(set(tracks(tmp_path)[:, 1])) == len(WAYS)
 
 
+@pytest.mark.validate
 def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:
     """Of three ships one goes north-west, within the courses or outside of them."""
     plots(tmp_path)

@@ -11,6 +11,7 @@ import pytest
 
 from tests.cli.test_radar import Run
 from tests.cli.test_radar_moving import columns_deg, columns_m, turning
+from tests.longer import longer
 
 PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
 TOLD = ["--range-sd-m", "10", "--detection-probability", "0.9", "--false-alarms", "1"]  # live nothing is found
@@ -24,7 +25,10 @@ def tracks(folder: Path, name: str) -> list[str]:
     return (folder / name / "tracks.csv").read_text().splitlines()
 
 
-@pytest.mark.parametrize(("write", "more"), [(columns_deg, []), (turning, ["--rotation-s", "2.5"])])
+@pytest.mark.parametrize(
+    ("write", "more"),
+    longer([(columns_deg, []), (turning, ["--rotation-s", "2.5"])], (turning, ["--rotation-s", "2.5"])),
+)
 def test_live_tracks_are_those_of_the_recording(
     elusive_in: Run, tmp_path: Path, capfd: pytest.CaptureFixture[str], write, more: list[str]
 ) -> None:  # fmt: skip

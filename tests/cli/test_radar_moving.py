@@ -18,7 +18,6 @@ from elusive.io.nmea import checksum
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import OwnShip
 from tests.cli.test_radar import Run
-from tests.longer import longer
 
 FRAME = LocalFrame.at(10.2, 53.9)
 START_S = 1_777_636_800.0  # 2026-05-01T12:00:00Z
@@ -189,9 +188,8 @@ def tracks(folder: Path) -> Array:
 @pytest.mark.parametrize(
     "write",
     [
-        *(pytest.param(one, marks=pytest.mark.validate) for one in (columns_m, columns_deg)),
+        *(pytest.param(one, marks=pytest.mark.validate) for one in (columns_m, columns_deg, relative)),
         places_deg,
-        relative,
         turning,
     ],
 )
@@ -244,10 +242,12 @@ def plots_as_metres(folder: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("write", "finding"),
     [
-        (swapped, "radar.own-heading"), (radians, "radar.own-heading"), (degrees_as_metres, "radar.own-place"),
-        (plots_as_metres, "radar.places"),
+        pytest.param(swapped, "radar.own-heading", marks=pytest.mark.validate),
+        (radians, "radar.own-heading"),
+        (degrees_as_metres, "radar.own-place"),
+        pytest.param(plots_as_metres, "radar.places", marks=pytest.mark.validate),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_of_the_radars_way_is_named(elusive_in: Run, tmp_path: Path, write, finding: str) -> None:
     code, said = elusive_in(*TRACK, *write(tmp_path))
     assert code == 3, said
@@ -313,6 +313,7 @@ def test_what_cannot_be_is_refused(elusive_in: Run, tmp_path: Path, write, told:
     assert told in said
 
 
+@pytest.mark.validate
 def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in: Run, tmp_path: Path) -> None:
     """Twelve echoes of a shore 3 km off, one ship 20 m before it and one at sea; the radar turns on its way."""
 
@@ -351,7 +352,8 @@ def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in:
     assert "The radar's way" in said
 
 
-@pytest.mark.parametrize("reversed_doppler", longer([False, True], True))
+@pytest.mark.validate
+@pytest.mark.parametrize("reversed_doppler", [False, True])
 def test_a_north_that_is_off_and_a_doppler_that_is_reversed_are_named_without_a_chart(
     elusive_in: Run, tmp_path: Path, reversed_doppler: bool
 ) -> None:

@@ -20,7 +20,7 @@ from tests.live_sources import KINDS, played
 from tests.processes import HUNG_S, wait_until
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
-QUICK = ("images that go", "radar over UDP")  # of the normal suite: what goes by the folder's names, and what is lost
+QUICK = ("images that go",)  # of the normal suite: what goes by the folder's names
 OF_A_RUN = ("unix_s", "latency_ms", "dropped", "gap_s", "resumed")  # differ from run to run
 FULL = """
 import os, sys

@@ -16,6 +16,7 @@ from scipy.io import wavfile
 
 from elusive.results import read_tracks_csv
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
+from tests.longer import longer
 
 WRITTEN = ["checks.json", "config.yaml", "report.html", "report.png", "result.nc", "tracks.csv"]
 FAST = ["--smoothing", "0.9", "--max-velocity", "30"]  # at 10 frames a second
@@ -54,7 +55,7 @@ def save(folder: Path, form: str) -> list[object]:
     return [path.name]
 
 
-@pytest.mark.parametrize("form", ["npy", "npy-long", "csv", "txt-long", "wav"])
+@pytest.mark.parametrize("form", longer(["npy", "npy-long", "csv", "txt-long", "wav"], "npy", "txt-long"))
 def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
     timed = form in ("csv", "wav")
     code, said = elusive_in(

@@ -49,6 +49,7 @@ def test_the_targets_are_the_thesis_figures_in_its_order() -> None:
     assert {name for room in rooms for name in room.FIGURES} == {*TARGETS[:-4]}
 
 
+@pytest.mark.validate
 def test_curves_are_the_runs_means_and_deviations_and_do_not_depend_on_the_workers(tmp_path: Path) -> None:
     targets = ["a12", "a13"]
     done = reproduce(tmp_path / "one", targets, FEW)

@@ -205,6 +205,7 @@ def test_a_fault_while_drawing_leaves_nothing_half_written(tmp_path: Path, monke
     assert visible(tmp_path) == ["campaign-size3-alpha0.95-2-seed2013.zarr"]
 
 
+@pytest.mark.validate
 def test_stopped_between_two_threads_it_goes_on_in_one_to_the_same_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,12 +140,14 @@ def test_accumulating_x_instead_of_one_minus_x_never_finds_it() -> None:
     assert (x <= 10).sum() <= 7  # 21 of 1200 places: 1.75 of 100 by chance, 8 with probability .0005
 
 
+@pytest.mark.validate
 def test_chance_level_on_a_loud_background() -> None:
     """Nothing can be found: a quarter of a circular signal's length is left."""
     for found in errors(5, 50.0, (("dot", 3), ("llr", 5)), (0.98,))[:, 0].T:
         assert abs(found.mean() - CHANCE) < DEVIATIONS * 2 * CHANCE / np.sqrt(12 * RUNS)
 
 
+@pytest.mark.validate
 def test_chance_level_of_a_bounded_signal() -> None:
     """A place taken at random is off by a third of the length, the search by less.
 

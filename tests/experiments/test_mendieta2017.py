@@ -19,6 +19,7 @@ from elusive.experiments.mendieta2017.table import EXPERIMENTS
 from elusive.experiments.mendieta2017.trial import ChapterFour, Row, _scores, trial
 from elusive.systems.links.presets import FIRST, WALKS
 from elusive.systems.links.walks import Walks
+from tests.longer import longer
 
 SHORT = WALKS.replace(total_positions=30, latest_entrance=5)
 
@@ -76,7 +77,7 @@ def test_deviations_are_of_the_pairs_that_heads_make() -> None:
     assert np.isnan(nobody["max_deviation_m"]).all()
 
 
-@pytest.mark.parametrize("method", ["thesis", "image", "links", "binary"])
+@pytest.mark.parametrize("method", longer(["thesis", "image", "links", "binary"], "links"))
 def test_every_method_sees_the_same_run_and_repeats(method: MethodName) -> None:
     one, other = runs(method, SHORT, range(1)) + runs(method, SHORT, range(1))
     assert one["targets"] == runs("thesis", SHORT, range(1))[0]["targets"]

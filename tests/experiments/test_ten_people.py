@@ -30,6 +30,7 @@ def compared(folder, trials, **walks):
     return 1 - links.sum() / there.sum(), 1 - image.sum() / there.sum(), better.std(ddof=1) / np.sqrt(trials)
 
 
+@pytest.mark.validate
 def test_five_people_for_a_while(tmp_path):
     links, image, _ = compared(tmp_path, 2, users=5, total_positions=30, latest_entrance=5)
     assert links >= 0.98

@@ -18,6 +18,7 @@ from elusive.io import RadarPlot, RadarScan
 from elusive.motion import ConstantVelocity
 from elusive.sensors import RadarSensor, ScanPrior
 from elusive.sensors.radar_scans import OwnShip
+from tests.longer import longer
 from tests.reference import radar as reference
 
 CLUTTERED = {"detection_probability": 0.8, "false_alarms": 6.0, "max_range_m": 400.0, "max_doppler_mps": 20.0}
@@ -174,7 +175,9 @@ def test_a_target_that_is_never_detected_is_told_by_nothing():
     assert np.all(blind.log_likelihood(states_near(blind), looked) == 0)
 
 
-@pytest.mark.parametrize("name", ["wide errors", "sector", "nearly all round"])
+@pytest.mark.parametrize(
+    "name", longer(["wide errors", "sector", "nearly all round"], "wide errors", "nearly all round")
+)
 def test_ratios_have_expectation_one(name):
     sensor, rng, runs = SENSORS[name].replace(doppler_probability=0.7), np.random.default_rng(4), 4000
     place = np.array([[14.0, 3.0, 34.0, -8.0], [-12.0, 0.0, 395.0, 3.0]])

@@ -33,6 +33,7 @@ from elusive.systems.video.checks import Judged
 from elusive.systems.video.live import follow_video
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
+from tests.longer import longer
 from tests.walked_room import NODES, excess_of
 
 # a step, of what is kept up to a bound: a cloud of one target is more, and every target has had one in each step
@@ -141,9 +142,7 @@ def signals(steps, out, told):
     follow_signal_live(Coming(frames()), source, SignalTracking(filter={"max_velocity": 3}), out, told)
 
 
-@pytest.mark.parametrize(
-    "run", [links, bearings, radar, frames_of, signals, pytest.param(video, marks=pytest.mark.validate)]
-)
+@pytest.mark.parametrize("run", longer([links, bearings, radar, frames_of, signals, video], links, bearings, video))
 def test_memory_does_not_grow_with_the_steps_of_a_live_run(tmp_path, monkeypatch, run):
     monkeypatch.setattr(images, "LiveFrames", Coming)
     monkeypatch.setattr(emitters, "checked", lambda *_: ())  # beside it, and not kept

@@ -39,6 +39,7 @@ from elusive.systems.video.told import findings_of
 from elusive.systems.video.track import track_video, track_video_recording
 from elusive.systems.video.turns import Heard, Learnt, heard, turns_of
 from elusive.tracking.track import Track
+from tests.longer import longer
 from tests.recordings import DATA
 from tests.reference.radar_video import level_sea
 
@@ -80,6 +81,7 @@ def test_ships_are_found_and_nothing_else(tracked):
     assert len(rocks) >= 5
 
 
+@pytest.mark.validate
 def test_a_small_scene_has_as_many_ships_and_rocks_as_it_has(tmp_path):
     """One ship was two, 38 m apart and both sure; the coast's edge was fifteen echoes more."""
     small = {"spokes": 512, "samples": 256}
@@ -91,6 +93,7 @@ def test_a_small_scene_has_as_many_ships_and_rocks_as_it_has(tmp_path):
     assert outcome.scored.confirmed.strays == 0
 
 
+@pytest.mark.validate
 def test_a_harbour_at_rest_holds_no_ship_under_way():
     """Piers and masts of a Navico 4G in four bits, saturated; by AIS the nearest ship lies 430 m off, beyond reach."""
     path = DATA / "radar" / "navico_4g_harbour.pcap.gz"
@@ -364,7 +367,7 @@ def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
     ]
 
 
-@pytest.mark.parametrize(("speed", "seed"), [(2.5, 21), (12.0, 22)])
+@pytest.mark.parametrize(("speed", "seed"), longer([(2.5, 21), (12.0, 22)], (12.0, 22)))
 def test_strong_ships_in_fine_samples_are_one_track_each(speed, seed):
     """Echoes of 20 to 30 dB are longer than five cells: what was left of one began three tracks more on the mean."""
     radar = {"samples": 512, "spokes": 512, "step_m": 6.25}

@@ -43,7 +43,7 @@ def recorded(path, chart, lonlat_deg, off_deg, off_m):
 @pytest.mark.parametrize(
     ("site", "off_deg", "off_m", "named"),
     [
-        ("homer", 3.0, (0.0, 50.0), {"video.azimuth", "video.place"}),
+        pytest.param("homer", 3.0, (0.0, 50.0), {"video.azimuth", "video.place"}, marks=pytest.mark.validate),
         pytest.param("annapolis", -3.0, (30.0, -40.0), {"video.azimuth", "video.place"}, marks=pytest.mark.validate),
         pytest.param("annapolis", 1.0, (-50.0, 0.0), {"video.place"}, marks=pytest.mark.validate),
         pytest.param("homer", -1.0, (-50.0, 0.0), {"video.place"}, marks=pytest.mark.validate),

@@ -21,7 +21,6 @@ from elusive.systems.links.page.state import LinksState
 from elusive.systems.links.presets import first_simulation, links_method
 from elusive.systems.links.scene import LinkScene, SceneRun, coverage_of, radiate, run_scene
 from elusive.systems.links.walks import DrawnPath
-from tests.longer import longer
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +51,8 @@ def test_a_scene_written_and_read_is_equal(small: LinkScene, tmp_path: Path) -> 
     assert np.isfinite(truth[:, 0, 0]).sum() == 25
 
 
-@pytest.mark.parametrize("method", longer(["image", "links"], "image"))
+@pytest.mark.validate
+@pytest.mark.parametrize("method", ["image", "links"])
 def test_page_scene_and_track_links_give_the_same_numbers(
     small: LinkScene, method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

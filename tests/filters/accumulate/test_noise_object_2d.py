@@ -39,6 +39,7 @@ def within(count: int, runs: int, probability: float) -> bool:
     return bool(low <= count <= high)
 
 
+@pytest.mark.validate
 def test_false_alarms_in_a_small_image_come_at_the_wanted_rate():
     (count,) = false_alarms(2, 40, runs=150, probabilities=(0.2,))
     assert within(count, 150, 0.2)

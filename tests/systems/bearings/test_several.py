@@ -20,6 +20,7 @@ from elusive.systems.bearings.several_checks import astray_finding
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
 from elusive.tracking.track import Step, Track
+from tests.longer import longer
 from tests.systems.bearings.crowd import PLACES, SITES, crowd, followed
 
 HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0}
@@ -88,7 +89,7 @@ def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
     assert emitters.false_bearings == pytest.approx(2.0, abs=4 * math.sqrt(2.0 / 120))
 
 
-@pytest.mark.parametrize(("emitters", "seed"), [(2, 1), (2, 2), (5, 2), (5, 13)])
+@pytest.mark.parametrize(("emitters", "seed"), longer([(2, 1), (2, 2), (5, 2), (5, 13)], (2, 2), (5, 13)))
 def test_emitters_are_found(emitters, seed):
     told = BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.5})
     result = followed(seed, emitters, times=35, tracking=told)

@@ -10,7 +10,6 @@ import pytest
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
-from tests.longer import longer
 from tests.recorded_table import documented, measured, row
 
 pytestmark = pytest.mark.skipif(
@@ -65,7 +64,8 @@ def test_the_target_is_shown_and_little_else(name):
     assert found.others <= 0.5
 
 
-@pytest.mark.parametrize("name", longer(SHORT, "sequence1"))
+@pytest.mark.validate
+@pytest.mark.parametrize("name", SHORT)
 def test_painted_out_nothing_is_shown_there(name):
     assert without(name).existence < 0.1
 

@@ -12,6 +12,7 @@ from elusive.systems.images.run import track_recording
 from elusive.systems.images.scene import held_frames
 from elusive.systems.images.simulate import draw_images
 from elusive.systems.images.track import track_images
+from tests.longer import longer
 from tests.systems.images import several_runs as runs
 
 # GOSPA (c 4 px, p 2) at most, for two and for five targets
@@ -24,7 +25,7 @@ def confirmed(frames, parameters):
     }
 
 
-@pytest.mark.parametrize(("targets", "snr_db"), [(2, 9), (5, 11)])
+@pytest.mark.parametrize(("targets", "snr_db"), longer([(2, 9), (5, 11)], (5, 11)))
 def test_targets_that_cross_are_found_and_keep_their_numbers(targets, snr_db):
     ran = [runs.run_scene(targets, "crossing", snr_db, seed) for seed in range(3)]
     # a run's GOSPA deviates by some .1
@@ -68,6 +69,7 @@ def test_targets_in_an_envelope_are_followed():
     assert ran.false <= 0.05
 
 
+@pytest.mark.validate
 def test_a_target_is_as_bright_as_it_is_said_and_no_range_is_needed(tmp_path):
     off = []
     for seed in range(4):

@@ -15,7 +15,7 @@ from tests.ray_room import EMPTY, ray_room
 from tests.tracking.link_scenes import border
 
 
-@pytest.mark.parametrize(("nodes", "told_apart"), [(5, False), (12, True)])
+@pytest.mark.parametrize(("nodes", "told_apart"), longer([(5, False), (12, True)], (12, True)))
 @pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_a_network_says_whether_it_tells_two_apart(seed, nodes, told_apart):
     """Of two people five nodes track one, twelve nodes two."""

@@ -14,6 +14,7 @@ from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.site import EXPLAINED
 from elusive.systems.links.track import LinkTracking, track
 from elusive.tracking.memory import Memory
+from tests.longer import longer
 from tests.ray_room import EMPTY as RAY_EMPTY
 from tests.ray_room import ray_room
 
@@ -36,6 +37,7 @@ def confirmed(steps):
     return np.array([sum(track.status == "confirmed" for track in step.tracks) for step in steps[EMPTY:]])
 
 
+@pytest.mark.validate
 def test_one_who_comes_in_is_one_from_the_first_frame_on():
     """By the effect of a basement they were up to 19, each .999 sure."""
     frames, nodes, there = door(3)
@@ -53,6 +55,7 @@ def test_people_in_halls_are_as_many_as_they_are():
     assert np.max(extra) <= 1
 
 
+@pytest.mark.validate
 def test_what_frames_said_of_the_site_outlives_a_restart():
     frames, nodes, _ = door(3, nodes=16)
     whole = [(step.tracks, step.state.site) for step in track(frames, nodes, PARAMETERS)][EMPTY:]
@@ -70,7 +73,7 @@ def test_what_frames_said_of_the_site_outlives_a_restart():
             assert all(np.array_equal(one.mean, other.mean) for one, other in zip(tracks, expected, strict=True))
 
 
-@pytest.mark.parametrize("seed", [0, 5])
+@pytest.mark.parametrize("seed", longer([0, 5], 5))
 def test_a_room_of_rays_is_tracked_by_shadowing(seed):
     room = ray_room(seed, (0.7,), frames=60)
     parameters = LinkTracking(calibration_frames=RAY_EMPTY)

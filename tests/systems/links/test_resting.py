@@ -12,6 +12,7 @@ from elusive.systems.links.by_links import LinksChain, LinksMethod
 from elusive.systems.links.resting import MOVED_M, after_frame
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.superposed_state import Target
+from tests.longer import longer
 from tests.tracking.link_scenes import shadowed_links, states_of
 
 AREA = Area.rectangle(-4, 4, -4, 4)
@@ -124,7 +125,7 @@ def test_who_stands_where_another_was_found_who_walks_on_is_watched(seed, sways,
     assert (told[-1][2] > 0.5) == (another and not sways)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_who_has_come_or_sways_stays(seed):
     for frames, sensor in (stood(seed, 0.0, 100, walks=8), stood(seed, 0.15, 100)):
         states = list(followed(frames, sensor))

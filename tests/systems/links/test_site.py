@@ -109,6 +109,7 @@ def test_sums_over_voxels_of_few_nodes_are_known():
     assert voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking()).explained >= EXPLAINED
 
 
+@pytest.mark.validate
 def test_one_person_in_a_site_unlike_the_basement_is_one_track(tmp_path):
     log, nodes = shadowed(0)
     parameters = LinkTracking(calibration_frames=EMPTY)
@@ -133,6 +134,7 @@ def test_two_people_who_walk_while_the_site_is_fitted_are_two():
     assert (how_many(ray_room(0, (0.7, 0.5), frames=70)) == 2).mean() >= 0.9
 
 
+@pytest.mark.validate
 def test_a_third_who_walks_is_not_taken_for_spread():
     """They were there in half of the frames, with constants of two."""
     room = ray_room(61, (0.7, 0.5, 0.6), frames=90)
@@ -170,6 +172,7 @@ def test_a_simulated_log_is_tracked_without_being_told_what_it_is(tmp_path):
     assert not [finding for finding in outcome.findings if not finding.holds]
 
 
+@pytest.mark.validate
 def test_where_people_of_the_first_example_are_is_as_sure_as_is_said(tmp_path):
     """Two who come while others stand near: they took each other's numbers, and the amplitude was a fifth too great."""
     walks = {

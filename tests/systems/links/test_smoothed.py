@@ -30,8 +30,9 @@ def test_moments_of_the_walk_are_those_of_its_draws(interval_s):
     assert (np.abs(rest.mean(axis=0)) <= 4 * rest.std(axis=0) / np.sqrt(n) + 1e-12).all()
 
 
+@pytest.mark.validate
 @pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
-@pytest.mark.parametrize("every", [6, pytest.param(1, marks=pytest.mark.validate)])
+@pytest.mark.parametrize("every", [6, 1])
 def test_a_recorded_walker_is_nearer_and_ellipses_hold_as_before(every):
     nodes, log, truth = recorded()
     kept = [k for k in range(len(log)) if k < EMPTY or k % every == 0]

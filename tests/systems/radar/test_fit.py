@@ -16,6 +16,7 @@ from elusive.systems.radar.fit import bias_of, charted, fit_radar
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.run import track_radar_recording
 from tests.charts.scenes import cell_path
+from tests.longer import longer
 
 
 def seen_by(sensor, rng, *, ships=5, scans=240, interval_s=2.5):
@@ -50,7 +51,7 @@ def fitted_as_told(seed):
     assert RadarTracking(**found.tree).radar.range_sd_m == radar["range_sd_m"]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", longer(range(2), 1))
 def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
     fitted_as_told(seed)
 
@@ -61,7 +62,8 @@ def test_so_they_are_in_twenty_settings(seed):
     fitted_as_told(seed)
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.validate) for seed in range(1, 12))])
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", range(12))
 def test_of_an_unknown_radar_each_ship_is_one_track(seed, tmp_path):
     """Nothing is told of it: with 10 m, 1 mrad, .9 and one false alarm there are 14 tracks of 5 ships.
 

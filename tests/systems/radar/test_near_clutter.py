@@ -173,6 +173,7 @@ def test_what_is_told_stays(tmp_path, told):
     assert found.radar.false_alarms is not None
 
 
+@pytest.mark.validate
 def test_a_fit_says_where_they_are():
     scans = recorded(2)
     radar = RadarTracking(**fit_radar(scans, "x").tree).radar
@@ -182,6 +183,7 @@ def test_a_fit_says_where_they_are():
     assert radar.false_alarms == pytest.approx(ALARMS, abs=4 * math.sqrt(ALARMS / SCANS) + 8 / SCANS)
 
 
+@pytest.mark.validate
 def test_land_far_away_does_not_make_more_of_what_is_near():
     """Land lies beyond 3 km, with three echoes a scan, where hardly an alarm would be; half of the view is it."""
     rng, scans = np.random.default_rng(9), []

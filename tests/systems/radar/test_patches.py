@@ -21,7 +21,6 @@ from elusive.systems.radar.patches import BEARINGS, RANGES, Lasting, cell_of, la
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import survey
 from elusive.tracking.memory import Memory
-from tests.longer import longer
 from tests.systems.test_flat import Coming
 
 SCANS, INTERVAL_S, ALARMS = 60, 2.5, 25.0
@@ -89,13 +88,15 @@ def tracked(folder, capsys, scans, *told):
     return said
 
 
-@pytest.mark.parametrize(("where", "seed"), longer(CASES, *CASES[1:]))
+@pytest.mark.validate
+@pytest.mark.parametrize(("where", "seed"), CASES)
 def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
     """Of 51 tracks of no ship, a recording, a twentieth is left at most."""
     tracked(tmp_path, capsys, recorded(where, seed))
     assert others(tmp_path / "out") <= 51 / 20
 
 
+@pytest.mark.validate
 def test_nor_where_all_else_of_the_radar_is_told(tmp_path, capsys):
     """Of ships that are points: 83 to 94 tracks of no ship in each of three recordings, where it was not looked for."""
     told = {"range-sd-m": 10.0, "bearing-sd-mrad": 5.0, "detection-probability": 0.85, "false-alarms": ALARMS}

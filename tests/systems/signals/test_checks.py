@@ -18,6 +18,7 @@ from elusive.systems.signals.checks import findings_of
 from elusive.systems.signals.facts import SignalFacts
 from elusive.systems.signals.track import SignalState, SignalTracking, track_signal
 from elusive.tracking import Step, Track
+from tests.longer import longer
 
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}
 TIMES, SAMPLES = 150, 200
@@ -75,7 +76,7 @@ def read_as_pairs(frames: np.ndarray) -> np.ndarray:
     return frames[:, ::2] + 1j * frames[:, 1::2]
 
 
-@pytest.mark.parametrize("kind", ["white", "strong", "ar0.9", "unequal", "along"])
+@pytest.mark.parametrize("kind", longer(["white", "strong", "ar0.9", "unequal", "along"], "strong", "unequal"))
 def test_what_is_right_is_not_remarked_on(kind: str) -> None:
     assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
 

@@ -51,6 +51,7 @@ def test_clutter_is_no_object_and_is_named(lasts: float, wide: float, speed: flo
     assert all("signals.clutter" in names for _, names in found)
 
 
+@pytest.mark.validate
 def test_an_object_in_it_is_found() -> None:
     truth, near, count = 40 + 1.3 * np.arange(TIMES), 0, 0
     for seed in range(3, 6):

@@ -97,10 +97,11 @@ def test_where_it_was_before_it_was_found_is_read_back() -> None:
     assert around(back.positions[both.start - first :, 0] - truth[both, 0], 400).max() <= 3
 
 
+@pytest.mark.validate
 @pytest.mark.parametrize(
     ("frames", "fewest", "most"),
     # 19.6 and 59.6 +- 3 times (4.0 and 6.9 of the sampling, 1.4 and 4.1 of the simulated law, 7 % of its rate)
-    [(2000, 7, 32), pytest.param(6000, 36, 84, marks=pytest.mark.validate)],
+    [(2000, 7, 32), (6000, 36, 84)],
 )
 def test_noise_alone_raises_alarms_at_the_rate_asked_for(frames: int, fewest: int, most: int) -> None:
     """Maps a memory of ten frames apart: about 100 and 300 independent ones, a fifth of them with an alarm."""
@@ -145,6 +146,7 @@ def test_samples_that_differ_are_standardised(given: dict[str, Any]) -> None:
     assert max(around(x - truth[k, 0], 400) for k, x in places.items()) <= 5
 
 
+@pytest.mark.validate
 def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
     """Noise with longer tails than a Gaussian's: simulated Gaussian frames do not tell how high it scores."""
     rng = np.random.default_rng(6)
@@ -258,7 +260,7 @@ def counted() -> tuple[np.ndarray, list[Step[Any]]]:
     return frames, list(track_signal(frames, SignalTracking(filter={"border": "circular"})))
 
 
-@pytest.mark.parametrize("rate_hz", [4.0, 30000 / 1001, 0.1])
+@pytest.mark.parametrize("rate_hz", longer([4.0, 30000 / 1001, 0.1], 4.0, 0.1))
 def test_a_rate_changes_the_unit_of_velocities_and_of_what_is_given(
     counted: tuple[np.ndarray, list[Step[Any]]], rate_hz: float
 ) -> None:
@@ -507,7 +509,7 @@ def believed(frames: np.ndarray, **told: Any) -> int:
     return len({track.track for step in steps for track in step.tracks if track.status == "confirmed"})
 
 
-@pytest.mark.parametrize("lobes", longer([3.98, 5.03, 7.02], 5.03))
+@pytest.mark.parametrize("lobes", longer([3.98, 5.03, 7.02], 5.03, 7.02))
 def test_a_rotor_is_no_object(lobes: float) -> None:
     # of three signals one ghost in what is left over; each has at least four where noise is taken to be white
     assert sum(believed(rotor(lobes, seed)) for seed in range(3)) <= 1
@@ -535,7 +537,7 @@ def louder(seed: int, speed: float, size: int, loud: float) -> np.ndarray:
     return frames
 
 
-@pytest.mark.parametrize(("speed", "size", "loud"), [(0.0, 8, 3.0), (1.3, 20, 2.0)])
+@pytest.mark.parametrize(("speed", "size", "loud"), longer([(0.0, 8, 3.0), (1.3, 20, 2.0)], (1.3, 20, 2.0)))
 def test_a_thing_wider_than_was_told_is_one_that_moves_or_does_not(speed: float, size: int, loud: float) -> None:
     """Eight samples at rest and twenty on their way, five told: they were three to eleven tracks in each signal."""
     count, moving = [], []
