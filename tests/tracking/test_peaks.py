@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.spatial import cKDTree
 
 from elusive.errors import DataError
@@ -84,7 +85,7 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
         for j in range(6):
             if polarity[i] != bright[j]:
                 continue
-            alike = (1 + ((levels[j] - level[i]) / 0.4) ** 2 / 3) ** -2 / (2.2 * 0.4)
+            alike = stats.t.pdf(levels[j], 3, loc=level[i], scale=0.4)
             found = [
                 reference.ratio(
                     place[i, k], velocity[i, k], variance[i, k], MOTIONS.table[k], 0.2, places[j], spread[j]
@@ -481,21 +482,25 @@ def test_the_strongest_of_one_kind_is_told_from_another_by_chance_alone(exponent
     assert chance_of(9.0, np.array([4.0])) < 0.002 < chance_of(6.0, np.array([4.0]))
 
 
-@pytest.mark.parametrize("new", [True, False])
-def test_what_changes_at_rest_is_not_alone_until_it_is_no_news(new: bool) -> None:
-    """As a digit that changes, which was shown for twenty frames: it stands out against earlier frames alone."""
+@pytest.mark.parametrize("how", ["rests", "new", "blinks"])
+def test_what_changes_at_rest_is_not_alone_until_it_is_no_news(how: str) -> None:
+    """A digit that changes stands out against earlier frames alone, a mark that blinks is gone for half of them."""
     rng = np.random.default_rng(17)
     rests, still, tracker = resting(rng)[:20], np.zeros(2), SceneTracker()
     belief, alone = tracker.begin(), []
-    for k in range(70):
+    for k in range(100):
         places = np.vstack([[[80.0, 60.0]], rests]) + rng.normal(0, 0.2, (21, 2))
-        peaks = peaks_of(k, places, np.append(13.0, np.linspace(6.0, 5.0, 20)), still, still)
-        stands = new and 30 <= k < 50
+        there = slice(int(how == "blinks" and k // 7 % 2 == 1), None)
+        peaks = peaks_of(k, places[there], np.append(13.0, np.linspace(6.0, 5.0, 20))[there], still, still)
+        stands = how == "new" and 30 <= k < 50
         belief = tracker.follow(belief, float(k), peaks._replace(temporal=stands & (peaks.strength > 10)), SHAPE, 1.0)
         alone.append(any(track.extra["shown"] for track in belief.tracks))
-    assert all(alone[15:30])
-    assert all(alone[62:])
-    assert not any(alone[32:55]) if new else all(alone[15:])
+    if how == "blinks":
+        assert not any(alone)
+    else:
+        assert all(alone[15:30])
+        assert all(alone[90:])
+        assert not any(alone[34:70]) if how == "new" else all(alone[15:])
 
 
 @pytest.mark.parametrize("alike", [True, False])

@@ -6,6 +6,7 @@ a peak in its reach has one for each motion that reaches so far, pair by pair.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from elusive.tracking._peak_kernels import first_of
 
 GATE = 16.0  # squared deviations within which a peak may be a target's
 HEAVY = 3.0  # degrees of freedom of a level's change
+STUDENT = math.pi * math.sqrt(HEAVY) / 2  # area under Student's law of three degrees of freedom whose peak is one
 
 Index = NDArray[np.int64]
 
@@ -66,7 +68,7 @@ def explain(
     ratio, rough = np.empty(len(motion)), np.empty(len(motion))
     across, along, widths, looks = places[by_x, 0], places[by_x, 1], spread[by_x], bright[by_x]
     widest = widths.max() if len(widths) else 0.0
-    rarity = detected / (2.2 * level_spread) * np.exp(-log_clutter[by_x])
+    rarity = detected / (STUDENT * level_spread) * np.exp(-log_clutter[by_x])
     inside = np.empty(len(places), np.int64)
     # of each motion of a target: its place, variance of a peak's without its own, what is uneven of the way, reach
     x, y, sure, more, reach = np.empty(kinds), np.empty(kinds), np.empty(kinds), np.empty(kinds), np.empty(kinds)

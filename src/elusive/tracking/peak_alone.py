@@ -12,15 +12,15 @@ from elusive.tracking.peak_companions import COMPANION
 from elusive.tracking.peak_targets import PeakTargets
 
 SETTLED = 10  # frames from which a track counts
-NEWS = 0.25  # share of its peaks, lately, that stood out for being new: one or two of the last
+NEWS = 0.15  # share of the frames, lately, in which it was new or not there: three of the last
 RIVALS, LEAST_SPREAD = 12, 1e-6  # strengths that show how far those of clutter lie apart
 
 
 def strongest(targets: PeakTargets, among: NDArray[np.bool_]) -> tuple[int, Array] | None:
     """Return the strongest of some targets and the strengths of the next ones, or None where none can stand alone.
 
-    What changes at rest stands out for being new, as a mark that blinks or a digit does, until the scene's past has
-    learnt it.
+    What changes at rest stands out for being new, as a digit does, until the scene's past has learnt it, or is there
+    and gone, as a mark that blinks.
     """
     old = np.flatnonzero(among & (targets.age >= SETTLED))
     if not len(old):

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from elusive.contracts import Array
 from elusive.model import Model, Positive, Probability
-from elusive.preprocess.peaks import Peaks
+from elusive.preprocess.peaks import PeakFinder, Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
 from elusive.tracking._pair_kernels import absorb, explain
@@ -32,6 +32,7 @@ LEAST_EXISTENCE = 1e-4  # of what is followed
 HOPELESS = 0.1  # of the least existence of what begins, below which a guess is followed no more
 LIKELY, LOST = 0.5, 0.2  # existence from which a track is not given up for a younger one; what is shown
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
+NEWS = 1 / PeakFinder().memory  # ... of the latest frame in whether it is news
 SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
 LONE = 16  # of a frame's unclaimed peaks, that what is swift may begin with
 
@@ -55,7 +56,7 @@ class PeakRecursion(Model):
     death: Probability = Field(0.005, description="Probability that a visible target has gone a frame later")
     lost: Probability = Field(0.2, description="Probability that a hidden target has gone a frame later")
     appear: Positive = Field(1e-6, description="New targets a frame, against which clutter stands [1 / px^2]")
-    level_spread: Positive = Field(0.35, description="Deviation of the logarithm of a target's contrast, relative")
+    level_spread: Positive = Field(0.22, description="Deviation of the logarithm of a target's contrast, relative")
     tail: Positive = Field(4.0, description="Peaks of a strength fall with its power, this one")
     nearby: Positive = Field(0.12, description="Radius of a peak's neighbourhood, share of the frame's root area")
     place_px: Positive = Field(0.3, description="Deviation of a peak's place, at least [px]")
@@ -117,9 +118,10 @@ class PeakRecursion(Model):
             place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
             clutter.places, clutter.variance,
         )  # fmt: skip
-        known = np.stack([targets.level, targets.strength, targets.scale, targets.news])
-        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard], peaks.temporal[:heard]])
-        hit, (level, strength, scale, news) = recent(target, peak, share, known, new, RECENT)
+        known = np.stack([targets.level, targets.strength, targets.scale])
+        new = np.stack([clutter.level, peaks.strength[:heard], peaks.scale_px[:heard]])
+        hit, (level, strength, scale) = recent(target, peak, share, known, new, RECENT)
+        familiar = np.bincount(target, share * ~peaks.temporal[peak], count)
         unseen = missed / missed_odds
         step = math.hypot(*peaks.step_px)
         swept = targets.swept + step
@@ -138,7 +140,7 @@ class PeakRecursion(Model):
             level=level,
             strength=strength,
             scale=scale,
-            news=news,
+            news=targets.news + NEWS * (1 - familiar - targets.news),
             evidence=targets.evidence + np.log(np.einsum("nm,nm->n", targets.weight, likelihood)),
             resting=targets.resting + np.log(likelihood[:, motions.rests]),
             farthest=np.maximum(targets.farthest, far),

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.tracking._pair_kernels import HEAVY
+from elusive.tracking._pair_kernels import HEAVY, STUDENT
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_targets import PeakTargets
 
 UNEVEN = 0.05  # deviation of a way from the one before it, share of it
-STUDENT = math.pi * math.sqrt(HEAVY) / 2  # area under Student's law of three degrees of freedom whose peak is one
 LEAST_ODDS = -12.0  # logarithm, below which three peaks are no guess
 
 

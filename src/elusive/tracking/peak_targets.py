@@ -29,7 +29,7 @@ class PeakTargets(NamedTuple):
     level: Array  # (n,) logarithm of its contrast
     strength: Array  # (n,) of its peaks, lately [deviations]
     scale: Array  # (n,) of its peaks, lately [px]
-    news: Array  # (n,) share of its peaks, lately, that stood out against earlier frames alone
+    news: Array  # (n,) share of the frames, lately, in which it stood out against earlier frames alone, or not at all
     bright: NDArray[np.bool_]  # (n,) else dark
     evidence: Array  # (n,) log likelihood of all its frames with it, less that of clutter
     resting: Array  # (n, R) the same, had it always been at rest in one way
