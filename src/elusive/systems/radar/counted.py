@@ -22,10 +22,10 @@ from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
+from elusive.systems.radar.lives import Ages, Lives, aged
 from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Laid, Lasting, cell_of, in_bands, laid
 from elusive.tracking.track import Step
 
-KNOWN = 0.9  # existence from which a miss is one
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
 LEAST_SEA = 0.05  # share of a band that is taken to be sea at least
 TIMES, MORE, ERRORS = 2.0, 1.0, 4.0  # of the alarms told; plots a scan, and standard errors, beyond
@@ -38,6 +38,7 @@ class Heard(NamedTuple):
     detected: float  # probability of detection
     trials: float  # scans of confirmed tracks
     alarms: Laid  # where plots of no track lie
+    lives: tuple[float, ...]  # of clutter that lasts
 
 
 class Counts:
@@ -53,7 +54,8 @@ class Counts:
 
     def __init__(self, sea: float = OPEN_SEA, memory_scans: float = math.inf) -> None:
         self._sea, self._fade = sea, 1 - 1 / memory_scans
-        self._hits = self._trials = 0.0
+        self._ages: Ages = {}
+        self._lives = Lives(self._fade)
         self._false = Lasting(self._fade)  # plots of nothing
         self._begun = dict[int, list[tuple[int, int, int]]]()  # scans and cells of a candidate's plots
         self._recent = deque[Array](maxlen=RECENT)
@@ -64,8 +66,8 @@ class Counts:
         """Take a step in, tracked with a sensor and what is known of water."""
         scan, targets = step.measurement, step.state.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
-        known = [one.detection >= 0 for one in confirmed if one.existence > KNOWN and in_view(one, scan, sensor)]
-        self._trials, self._hits = self._fade * self._trials + len(known), self._fade * self._hits + sum(known)
+        self._ages = aged(self._ages, targets, scan, sensor)
+        self._lives.add(self._ages, [one for one in targets if in_view(one, scan, sensor)])
         self.bunches.add_left_over(scan, sensor, targets, water)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
         far, turned = self._take(scan, sensor, left)
@@ -110,11 +112,12 @@ class Counts:
             self._begun.clear()
         return risen
 
-    def heard(self, land: Array, sensor: RadarSensor) -> Heard:
+    def heard(self, land: Array, sensor: RadarSensor, *, every: bool = False) -> Heard:
         """Return what was counted of a sensor, where so much of each is land, ``(BANDS, SECTORS)``."""
         false, sea = self._false, np.maximum(1 - land, LEAST_SEA)
         found = laid(false.counts.clip(0), false.lasting, max(false.scans, 1.0), sea, sensor)
-        return Heard((self._hits + 1) / (self._trials + 2), self._trials, found)
+        detected, trials, lives = self._lives.sorted_out(every=every)
+        return Heard(detected, trials, found, lives)
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than are expected, in some band of range.

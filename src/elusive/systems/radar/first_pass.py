@@ -124,13 +124,13 @@ def heard_by(
     """
     told, shares, sectors = parameters.radar, uniform(BANDS), (1 / SECTORS,) * SECTORS
     parameters = parameters.replace(radar=told.replace(false_alarm_patches=patches))
-    for _ in range(PASSES):
+    for number in range(PASSES):
         tracker, water = bound(parameters)
         counts, sensor = Counts(sea), tracker.sensor
         assert isinstance(sensor, RadarSensor)
         for step in track_radar(islice(scans, first), tracker, parameters):
             counts.add(step, sensor, water)
-        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor)
+        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
         as_spread = told.false_alarm_shares is not None or _apart(heard.alarms.shares, shares) < EVEN
@@ -187,6 +187,7 @@ def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
         "false_alarm_shares": heard.alarms.shares,
         "false_alarm_sectors": heard.alarms.sectors,
         "false_alarm_patches": heard.alarms.patches,
+        "false_alarm_lives": heard.lives,
     }
     return {name: found[name] for name in told.unplaced}
 

@@ -32,7 +32,12 @@ USUAL = {  # of a radar, where the recording does not show it
     "detection_probability": 0.9,
     "false_alarms": 1.0,
 }
-PLACED = {"false_alarm_shares": (1.0,), "false_alarm_sectors": (1.0,), "false_alarm_patches": ()}  # anywhere alike
+PLACED = {  # anywhere alike, and none lasts
+    "false_alarm_shares": (1.0,),
+    "false_alarm_sectors": (1.0,),
+    "false_alarm_patches": (),
+    "false_alarm_lives": (),
+}
 LEAST = 0.1  # of these, that errors are taken to be: particles find nothing by plots without any
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
@@ -101,6 +106,12 @@ class RecordedRadar(RadarSensor):
         None,
         description="Patches of more of them, beside that number: nearest and furthest range [m], first and last "
         "bearing clockwise [deg], and how many a scan has; none: as a first pass shows",
+        json_schema_extra=FROM_RECORDING,
+    )
+    false_alarm_lives: tuple[NonNegative, ...] | None = Field(  # type: ignore[assignment]
+        None,
+        description="Those that are tracked, as groups of waves are: scans that they last, and how many come to a "
+        "ship, in six bands of range; none: as a first pass shows",
         json_schema_extra=FROM_RECORDING,
     )
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")

@@ -1,0 +1,145 @@
+"""Clutter that lasts: tracks that live as briefly as groups of waves, rain and wakes do are told as what they may be.
+
+No false alarm alone makes a track, but waves come in groups that last for scans. Of lives that end at a constant rate,
+some ships' and some far shorter, how many are of each kind, and how long the short ones are, is found by expectation
+maximisation, those that have not ended being censored (Farewell, 1982, The use of mixture models for the analysis of
+survival data with long-term survivors). A track is then a ship's by how long it has lived, and by how many of the
+others came at its range.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from elusive.checks import Finding
+from elusive.contracts import Array, X, Y
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.range_bands import BANDS, edges
+from elusive.tracking.detection_targets import Target
+from elusive.tracking.track import Track
+
+SHIP, LONGEST = 1000.0, 10.0  # scans that a ship's track lives in the mean, and that clutter's does at most
+ERRORS = 3.0  # of the number of short ones, by which chance is more
+LATEST, ROUNDS = 400, 30  # tracks that are looked at
+KNOWN, SURE = 0.9, 0.9  # existence from which a miss is one; probability of a ship from which its track is confirmed
+
+Ages = Mapping[int, tuple[int, int]]  # of each confirmed track: scans since then, and the band in which it was
+
+
+def aged(before: Ages, targets: Sequence[Target], scan: RadarScan, sensor: RadarSensor) -> Ages:
+    """Return how old confirmed tracks are after a scan."""
+    limits = edges(*sensor.limits[:2], BANDS)[1:-1]
+    found = dict[int, tuple[int, int]]()
+    for target in targets:
+        number = target.life.track or 0
+        if target.life.status == "confirmed":
+            away = target.mean[[X, Y]] - np.array([scan.own.x_m + sensor.x_m, scan.own.y_m + sensor.y_m])
+            scans, band = before.get(number, (-1, int(np.searchsorted(limits, math.hypot(*away)))))
+            found[number] = scans + 1, band
+    return found
+
+
+def as_lived(tracks: Sequence[Track], ages: Ages, sensor: RadarSensor) -> tuple[Track, ...]:
+    """Return tracks, of which those that may be clutter that lasts exist less surely, and are candidates at most."""
+    lives, found = sensor.false_alarm_lives, []
+    for track in tracks:
+        if lives and track.track in ages:
+            scans, band = ages[track.track]
+            ship = 1 / (1 + lives[1:][band] * math.exp(-scans / lives[0]))
+            status = track.status if ship > SURE else "candidate"
+            track = track._replace(status=status, existence=ship * track.existence)
+        found.append(track)
+    return tuple(found)
+
+
+def lasting_finding(lives: Sequence[float]) -> Finding:
+    """Say whether clutter lasts."""
+    scans, most = (lives[0], max(lives[1:])) if lives else (0.0, 0.0)
+    return Finding(
+        "radar.lasting", not lives, 0.0, most,
+        f"Tracks that live {scans:.2g} scans on the mean are as many as {most:.2g} to one of a ship at their range: "
+        "groups of waves, rain or wakes. Young tracks there are candidates, and some older ones may be of no ship.",
+        "Turn the radar's sea or rain clutter control up, or leave those plots out.", grave=False,
+    )  # fmt: skip
+
+
+class Lives:
+    """How long tracks lived, and how often they were seen.
+
+    Parameters
+    ----------
+    fade
+        Of what was seen, from scan to scan.
+    """
+
+    def __init__(self, fade: float) -> None:
+        self._fade = fade
+        # band, scans of life, whether it ended; hits and trials of late
+        self._each = dict[int, Array]()
+
+    def add(self, ages: Ages, targets: Sequence[Target]) -> None:
+        """Take a scan in: how old confirmed tracks are, and the targets where the radar looks."""
+        for row in self._each.values():
+            row[3:] *= self._fade
+        for target in targets:
+            number = target.life.track or 0
+            if number in ages:
+                scans, band = ages[number]
+                row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0]))
+                row[1] = scans + 1
+                if target.existence > KNOWN:
+                    row[3:] += target.detection >= 0, 1
+            elif target.life.status == "deleted" and number in self._each:
+                self._each[number][2] = 1.0
+        while len(self._each) > LATEST:
+            del self._each[next(iter(self._each))]
+
+    def sorted_out(self, *, every: bool) -> tuple[float, float, tuple[float, ...]]:
+        """Return the probability of detection of ships, of how many scans it is known, and :func:`short_lives`.
+
+        ``every`` track is taken for a ship's where they are tracked with another probability of detection than
+        theirs: ships that are lost live as briefly as clutter.
+        """
+        band, scans, ended, hits, trials = np.array([*self._each.values()]).reshape(-1, 5).T
+        lives, short = short_lives(band.astype(np.int64), scans, ended)
+        ships = np.ones(len(band)) if every else 1 - short
+        return float((ships @ hits + 1) / (ships @ trials + 2)), float(ships @ trials), lives
+
+
+def short_lives(band: NDArray[np.int64], scans: Array, ended: Array) -> tuple[tuple[float, ...], Array]:
+    """Tell lives of clutter from those of ships.
+
+    Parameters
+    ----------
+    band
+        Of range, in which each track began, ``(n,)``.
+    scans
+        That it has lived, ``(n,)``.
+    ended
+        Whether it has ended, 1 or 0, ``(n,)``.
+
+    Returns
+    -------
+    tuple
+        How many scans short lives last, and how many of them come to a ship's in each band; nothing where there are no
+        more than chance makes of ships'. And of each life the probability that it is a short one, ``(n,)``.
+    """
+    count, ratio, mean = np.bincount(band, minlength=BANDS), np.ones(BANDS), LONGEST
+
+    def probability() -> Array:
+        odds = ratio[band] * (SHIP / mean) ** ended * np.exp(-scans * (1 / mean - 1 / SHIP))
+        return np.asarray(odds / (1 + odds))
+
+    for _ in range(ROUNDS):
+        short = probability()
+        mean = min(max(float(short @ scans) / max(float(short @ ended), 1.0), 1.0), LONGEST)
+        number = np.bincount(band, short, BANDS)
+        ratio = (number + 0.5) / (count - number + 0.5)
+    beyond_chance = max(1 - ERRORS / math.sqrt(max(float(number.sum()), 1.0)), 0.0)
+    ratio = beyond_chance * number / (count - number + 1)
+    return (mean, *ratio.tolist()) if beyond_chance else (), probability()

@@ -1,0 +1,114 @@
+"""Clutter that lasts for scans is told from ships by how long its tracks live."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.sensors import RadarSensor
+from elusive.sensors.radar_scans import RadarPlot, scan_of
+from elusive.sensors.range_bands import BANDS
+from elusive.systems.radar.first_pass import fitted
+from elusive.systems.radar.lives import ERRORS, as_lived, lasting_finding, short_lives
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.setting import bind_all
+from elusive.systems.radar.ships import Surroundings
+from elusive.systems.radar.survey import righted
+from elusive.systems.radar.track import track_radar
+from elusive.tracking.track import Track
+
+WATCHED = 100  # scans
+
+
+def lived(rng, clutter, ships, mean):
+    """Band, scans of life and whether they ended, of tracks that begin at any time of a watch."""
+    left = rng.uniform(1, WATCHED, clutter + ships)
+    until = np.concatenate([rng.exponential(mean, clutter), np.full(ships, np.inf)])
+    band = np.concatenate([rng.integers(0, 2, clutter), rng.integers(0, BANDS, ships)])
+    return band, np.minimum(left, until), (until < left).astype(float)
+
+
+def test_short_lives_are_told_from_ships():
+    rng = np.random.default_rng(2)
+    band, scans, ended = lived(rng, 300, 24, 5.0)
+    (mean, *ratio), short = short_lives(band, scans, ended)
+    assert abs(mean - 5.0) < 4 * 5.0 / np.sqrt(300)
+    assert sum(ratio[2:]) < 1.0  # all of them came near the radar
+    expected = (1 - ERRORS / np.sqrt(300)) * 150 / (4 + 1)
+    assert expected / 3 < np.mean(ratio[:2]) < 3 * expected  # of four ships each
+    assert short[:300][ended[:300] > 0].min() > 0.9
+    assert short[300:][scans[300:] > 50].max() < 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_of_ships_alone_and_of_a_few_lost_ones_nothing_is_told(seed):
+    rng = np.random.default_rng(seed)
+    band, scans, ended = lived(rng, 6, 30, 5.0)
+    assert short_lives(band, scans, ended)[0] == ()
+    assert lasting_finding(()).holds
+    assert short_lives(*(np.zeros(0, kind) for kind in (np.int64, float, float)))[0] == ()
+
+
+def test_existence_is_the_share_of_ships_among_those_that_lived_as_long():
+    rng, mean, ratio = np.random.default_rng(3), 6.0, 8.0
+    sensor = RadarSensor(max_range_m=6000.0, false_alarms=1.0, false_alarm_lives=(mean, ratio, 0, 0, 0, 0, 0))
+    life = np.where(rng.random(40_000) < 1 / (1 + ratio), np.inf, rng.exponential(mean, 40_000))
+    for age in (0, 6, 12, 24):
+        there = life[life >= age]
+        share, error = np.mean(there == np.inf), np.sqrt(0.25 / len(there))
+        track = Track(3, "confirmed", 1.0, np.zeros(4), np.eye(4))
+        near, far = as_lived((track, track._replace(track=4)), {3: (age, 0), 4: (age, 5)}, sensor)
+        assert abs(near.existence - share) < 4 * error
+        assert near.status == ("confirmed" if near.existence > 0.9 else "candidate")
+        assert (far.existence, far.status) == (1.0, "confirmed")
+    assert "live 6 scans on the mean are as many as 8 to one" in lasting_finding(sensor.false_alarm_lives).sentence
+
+
+def wave_groups(rng, scans):
+    """Scans of groups of waves about the radar that last for two to six, and where two ships are then."""
+    start, sail = np.array([[-1200.0, 500.0], [900.0, -1500.0]]), np.array([[6.0, 1.0], [-3.0, 5.0]])
+    plots = [[] for _ in range(scans)]
+    for k in range(-6, scans):
+        for _ in range(rng.poisson(6)):
+            place = (150 + rng.exponential(500)) * np.exp(1j * rng.uniform(0, 2 * np.pi))
+            for j in range(rng.integers(2, 7)):
+                if 0 <= k + j < scans and rng.random() < 0.7:
+                    at = place + (3 + 4j) * 2.5 * j
+                    plots[k + j].append((at.real, at.imag))
+    for k in range(scans):
+        plots[k] += [tuple(one) for one in start + 2.5 * k * sail if rng.random() < 0.9]
+    found = []
+    for k, places in enumerate(plots):
+        far, angle = np.hypot(*np.array(places).T), np.arctan2(*np.array(places).T)
+        far, angle = far + rng.normal(0, 10, len(far)), angle + rng.normal(0, 3e-3, len(far))
+        each = [
+            RadarPlot(2.5 * k, r, b % (2 * np.pi), np.nan) for r, b in zip(far.tolist(), angle.tolist(), strict=True)
+        ]
+        found.append(scan_of(2.5 * k, each))
+    return found, lambda time_s: start + time_s * sail
+
+
+def shown(scans, truth, parameters):
+    """Rows of confirmed tracks of no ship, and the share of the scans in which ships have a track, confirmed or not."""
+    seen, right = righted(scans, None)
+    parameters, seen = fitted(parameters, list(right), seen, Surroundings(), None)
+    _, tracker, _ = bind_all(parameters, seen, Surroundings(), None)
+    wrong, found = 0, []
+    for step in track_radar(scans, tracker, parameters):
+        places = np.array([track.mean[[0, 2]] for track in step.tracks]).reshape(-1, 1, 2)
+        off = np.hypot(*(places - truth(step.time_s)).transpose(2, 0, 1))
+        sure = np.array([track.status == "confirmed" for track in step.tracks], dtype=bool)
+        wrong += int((off.min(axis=1, initial=np.inf)[sure] > 100).sum())
+        found.append((off.min(axis=0, initial=np.inf) < 100).mean())
+    return wrong, np.mean(found)
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", range(2))
+def test_groups_of_waves_are_hardly_ships(seed):
+    """Of rows of confirmed tracks that are of no ship, a tenth is left at most."""
+    scans, truth = wave_groups(np.random.default_rng(seed), 60)
+    before, _ = shown(scans, truth, RadarTracking(particles=400, radar={"false_alarm_lives": ()}))
+    wrong, found = shown(scans, truth, RadarTracking(particles=400))
+    assert wrong < before / 10
+    assert found > 0.8
