@@ -48,15 +48,19 @@ def followed(bend, deviation_m, rng):
     return shown, truth
 
 
-@pytest.mark.parametrize(("bend", "deviation_m"), [(0.0, 5.0), (0.0, 1.0), (0.3, 5.0), (0.3, 1.0)])
+@pytest.mark.parametrize(
+    ("bend", "deviation_m"), [(0.0, 5.0), (0.0, 1.0), (0.02, 5.0), (0.05, 5.0), (0.3, 5.0), (0.3, 1.0)]
+)
 def test_a_track_is_as_far_off_as_it_says(bend, deviation_m):
     """Squares of errors in deviations told are 2 in the mean, or less: a cell's width is added to what scatters."""
-    rng, squares = np.random.default_rng(5), []
+    rng, squares, of_velocity = np.random.default_rng(5), [], []
     for _ in range(200):
         shown, truth = followed(bend, deviation_m, rng)
-        off = (shown.mean - truth)[[0, 2]]
-        squares.append(off @ np.linalg.solve(shown.covariance[np.ix_([0, 2], [0, 2])], off))
+        for which, found in (([0, 2], squares), ([1, 3], of_velocity)):
+            off = (shown.mean - truth)[which]
+            found.append(off @ np.linalg.solve(shown.covariance[np.ix_(which, which)], off))
     assert np.mean(squares) < 2 + 4 * np.sqrt(4 / 200)
+    assert np.mean(of_velocity) < 2 + 4 * np.sqrt(4 / 200)  # also where it hardly shows whether it turns
     assert np.mean(squares) > 2 * deviation_m**2 / (2 * deviation_m**2 + 12.5**2) / 2
 
 
@@ -81,3 +85,5 @@ def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
         np.testing.assert_allclose(shown.mean[[1, 3]], [2.5, 0.0], atol=0.5)
     else:
         np.testing.assert_array_equal(shown.mean, told)
+        assert np.sqrt(shown.covariance[0, 0]) > 10.0  # of the 1 m told: it goes away from every peak
+        assert 2.0 < np.sqrt(shown.covariance[1, 1]) < 3.0

@@ -2,8 +2,9 @@
 
 The cells in which a ship stays for ten turns and more are fixed for what was learnt, and only where its echo is new
 does it stand out: half an echo ahead. The peak, uphill from there, is the ship's where it sails as the track does; a
-rock's stays where it is. A ship is then on the line through its peaks of some turns, or on a parabola where these bend
-(least squares; Gauss, 1809), as far off as they scatter about it.
+rock's stays where it is. A ship is then on the line through its peaks of some turns, or on a parabola (least squares;
+Gauss, 1809), by how well either tells (Akaike, 1978, On the likelihood of a time series model): its errors are those of
+both, and what the two differ by. Where peaks say nothing, a track errs by how far it is from them.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.tracking.track import Track
 
 KEPT, FEWEST = 12, 6  # turns of a way: at most, and at least
-AXES = 2
+AXES, STATE = 2, [X, Y, VX, VY]
 CLIMB = 16  # cells from a track to its echo's peak, at most
 SURE = 3.0  # errors of a peak's speed from which it moves; it has, too, by a column, and strays from its way by less
 
@@ -48,50 +49,51 @@ def peaks_after(before: Ways | None, tracks: Sequence[Track], turn: EvidenceTurn
 
 
 def at_peaks(tracks: Sequence[Track], ways: Ways, time_s: float, sensor: RadarVideo) -> tuple[Track, ...]:
-    """Return tracks, those whose echo's peak sails as they do on its way, at a time."""
+    """Return tracks at a time, those whose echo's peak sails as they do on its way, others as far off as peaks are."""
     return tuple(
-        _on_way(track, ways[track.track], time_s, sensor.cell_m) if len(ways.get(track.track, ())) >= FEWEST else track
+        _told(track, ways[track.track], ways[track.track][:, 0] - time_s, sensor.cell_m)
+        if track.track in ways
+        else track
         for track in tracks
     )
 
 
-def _on_way(track: Track, way: Array, time_s: float, cell_m: float) -> Track:
-    ago = way[:, 0] - time_s
-    for order in (1, 2):  # straight on; where that bends clearly, on a parabola
-        ahead = np.vander(ago, order + 1, increasing=True)
-        fitted = np.linalg.lstsq(ahead, way[:, 1:], rcond=None)[0]  # (order + 1, 4): of the peak, and of the track
-        left, free = way[:, 1:3] - ahead @ fitted[:, :2], len(way) - order - 1
-        line = np.linalg.inv(ahead.T @ ahead)
-        off = math.sqrt(float((left**2).sum()) / free)
-        if order == 1 and not _bends(ago, left):
-            break
-    if free <= AXES + 1:
-        return track
-    straight = np.polyfit(ago, way[:, 1:], 1)[0]
-    peak, own = straight[:2], straight[2:]
-    speed, error = math.hypot(*peak), off / math.sqrt(float(((ago - ago.mean()) ** 2).sum()))
-    moves = speed > SURE * error and speed * float(np.ptp(ago)) > cell_m and peak @ own > 0
-    if not (moves and off < cell_m):
-        return track
-    # the mean of an inverse Wishart density of what scatters, and what a cell's width hides
-    spread = left.T @ left / (free - AXES - 1) + cell_m**2 / 12 * np.eye(AXES)
+def _told(track: Track, way: Array, ago: Array, cell_m: float) -> Track:
     mean, covariance = track.mean.copy(), np.array(track.covariance)
-    for one, first in enumerate(([X, Y], [VX, VY])):
-        mean[first] = fitted[one, :2]
-        for other, second in enumerate(([X, Y], [VX, VY])):
-            covariance[np.ix_(first, second)] = spread * line[one, other]
-    return track._replace(mean=mean, covariance=covariance)
-
-
-def _bends(ago: Array, left: Array) -> bool:
-    """Whether what a line leaves of places ``(n, 2)`` is a parabola's, clearly."""
-    if len(ago) - 3 <= AXES + 1:
-        return False
-    ahead = np.vander(ago, 3, increasing=True)
-    bend = np.linalg.lstsq(ahead, left, rcond=None)[0]
-    scatter = left - ahead @ bend
-    error = math.sqrt(float((scatter**2).sum()) / (AXES * (len(ago) - 3)) * float(np.linalg.inv(ahead.T @ ahead)[2, 2]))
-    return math.hypot(*bend[2]) > SURE * error
+    fits: list[tuple[float, int, Array, Array]] = []
+    straight: Array = np.zeros((2, 4))
+    for order in (1, 2):
+        free = len(way) - order - 1
+        if free > AXES + 1 and len(way) >= FEWEST:
+            ahead = np.vander(ago, order + 1, increasing=True)
+            fitted = np.asarray(
+                np.linalg.lstsq(ahead, way[:, 1:], rcond=None)[0], dtype=np.float64
+            )  # of the peak, and of the track
+            straight = fitted if order == 1 else straight
+            left, line = way[:, 1:3] - ahead @ fitted[:, :2], np.linalg.inv(ahead.T @ ahead)[:2, :2]
+            # the mean of an inverse Wishart density of what scatters, and what a cell's width hides
+            spread = left.T @ left / (free - AXES - 1) + cell_m**2 / 12 * np.eye(AXES)
+            fits.append((float((left**2).sum()), free, fitted[:2, :2].ravel(), np.kron(line, spread)))
+    if fits:
+        square, places = np.array([fit[0] for fit in fits]), np.array([fit[2] for fit in fits])
+        log = -len(way) * np.log(np.maximum(square, 1e-9)) - AXES * np.arange(len(fits))
+        weight = np.exp(log - log.max()) / np.exp(log - log.max()).sum()
+        off = math.sqrt(square[log.argmax()] / fits[log.argmax()][1])
+        peak, own = straight[1, :2], straight[1, 2:]
+        speed, error = math.hypot(*peak), off / math.sqrt(float(((ago - ago.mean()) ** 2).sum()))
+        if speed > SURE * error and speed * float(np.ptp(ago)) > cell_m and peak @ own > 0 and off < cell_m:
+            mean[STATE] = weight @ places
+            apart = places - mean[STATE]
+            covariance[np.ix_(STATE, STATE)] = np.einsum("k,kij->ij", weight, np.array([fit[3] for fit in fits])) + (
+                weight * apart.T @ apart
+            )
+            return track._replace(mean=mean, covariance=covariance)
+    away = (way[:, 1:3] - way[:, 3:])[-FEWEST:]
+    covariance[np.ix_(STATE[:2], STATE[:2])] += away.T @ away / len(away)
+    if len(away) > AXES:
+        differs = np.polyfit(ago[-FEWEST:], way[-FEWEST:, 1:3], 1)[0] - mean[STATE[2:]]
+        covariance[np.ix_(STATE[2:], STATE[2:])] += np.outer(differs, differs)
+    return track._replace(covariance=covariance)
 
 
 def _peak(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int, float, float]:
