@@ -51,13 +51,27 @@ def _by_link(levels, chosen, statistic):
 
 def test_calibration_warns_of_somebody_inside_and_of_silent_links():
     levels = quiet()
-    levels[20:, :5] += 8 * np.random.default_rng(1).standard_normal((20, 5, CHANNELS))
+    levels[:, :5] += 8 * np.random.default_rng(1).standard_normal((40, 5, CHANNELS))
     (remark,) = Calibrate().over(frames(levels)).remarks
     assert remark.startswith("Calibration: 25% of the links vary by more than 2 dB, as if somebody were inside")
     levels = quiet()
     levels[:, 7:9] = np.nan
     (remark,) = Calibrate().over(frames(levels)).remarks
     assert remark == "calibration: 2 of 20 directed links were never heard; they are left out."
+
+
+@pytest.mark.parametrize("inside", [slice(0, 0), slice(0, 12), slice(14, 15), slice(20, 39)])
+def test_frames_in_which_somebody_was_inside_are_left_out(inside):
+    rng, levels = np.random.default_rng(1), quiet()
+    alone, touched = np.ones(40, dtype=bool), rng.random(levels.shape[1:]) < 0.4
+    alone[inside] = False
+    levels[inside] += np.where(touched, rng.normal(-3, 3, levels[inside].shape), 0.0)
+    found = Calibrate().over(frames(levels))
+    assert found.left_out == frozenset(np.flatnonzero(~alone).tolist())
+    expected = Calibrate().over(frames(levels[alone]))
+    np.testing.assert_allclose(found.mean_dbm, expected.mean_dbm, rtol=1e-12)
+    np.testing.assert_allclose(found.variance_db2, expected.variance_db2, rtol=1e-9)
+    assert [f"in {(~alone).sum()} of its 40 frames" in remark for remark in found.remarks] == [True] * (not alone.all())
 
 
 def test_bad_calibrations_are_refused():

@@ -25,8 +25,6 @@ from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
 
 __all__ = ["Calibrate", "Calibration", "RssChange", "RssState", "fade_level"]
 
-LEAST_SD_DB = 0.5  # that a link's readings are clipped by: they are often whole decibels
-
 
 class RssState(NamedTuple):
     """Changes of the latest frame, and the calibration as it is now."""
@@ -124,7 +122,7 @@ class RssChange(Model):
                 f"channels), finite or missing (got shape {level.shape})."
             )
         level = np.where(level <= state.calibration.floor_dbm, np.nan, level)
-        nodes, empty_sd = _nodes(len(level)), deviation(state.calibration)
+        nodes, empty_sd = _nodes(len(level)), state.calibration.sd_db
         bursts = disturbed(level - state.calibration.mean_dbm, empty_sd, nodes)
         level[:, bursts] = np.nan
         gains = node_gains(level - state.calibration.mean_dbm, empty_sd, nodes, state.gains_db)
@@ -166,19 +164,13 @@ class RssChange(Model):
             return calibration._replace(time_s=time_s)
         gain = -math.expm1(-max(time_s - calibration.time_s, 0.0) / constant)
         mean, variance = calibration.mean_dbm, calibration.variance_db2
-        limit = self.clip_sd * deviation(calibration)
+        limit = self.clip_sd * calibration.sd_db
         # a link heard for the first time begins with what it reads
         away = np.clip(level - mean, -limit, limit)
         moved = np.where(np.isnan(level), mean, np.where(np.isnan(mean), level, mean + gain * away))
         spread = variance + gain * (away**2 - variance) if empty else variance
         spread = np.where(np.isnan(away), variance, spread)
         return calibration._replace(time_s=time_s, mean_dbm=moved, variance_db2=spread)
-
-
-def deviation(empty: Calibration) -> Array:
-    """Deviations of the empty room's readings ``(D, C)``, not below that of rounding [dB]."""
-    found: Array = np.sqrt(np.maximum(np.nan_to_num(empty.variance_db2), LEAST_SD_DB**2))
-    return found
 
 
 @lru_cache(maxsize=8)

@@ -21,7 +21,6 @@ from elusive.sensors.radio_network import RadioNodes, directed_links_of
 MEMORY_S, MEMORY_FRAMES = 8.0, 8
 RELEARNED_S = 4 * MEMORY_S  # for which whatever settles is the room's, after a large share has
 OFF_SD, QUIET_SD = 2.0, 1.5  # deviations of the empty room: off by more, and varying by less
-LEAST_SD_DB = 0.5  # readings are often whole decibels
 LEAST_ASIDE = 0.2  # share of the readings that run by nobody, below which nothing is decided
 ANOTHER_ROOM = 0.12  # share of those that run by nobody: who stood still .0 to .08, doors .2 to .3, drifts .3 to .6
 BESIDE_M = 0.5  # excess path below which a link runs by a person
@@ -75,7 +74,7 @@ class Settled(NamedTuple):
         young = self.frames < 2 * MEMORY_FRAMES or calibration.time_s - self.began_s < 2 * MEMORY_S
         if young or aside.sum() <= LEAST_ASIDE * known.sum():
             return self, calibration, 0.0
-        empty_sd = np.sqrt(np.maximum(np.nan_to_num(calibration.variance_db2), LEAST_SD_DB**2))
+        empty_sd = calibration.sd_db
         off = known & (np.abs(self.mean_db) > OFF_SD * empty_sd) & (np.sqrt(self.variance_db2) < QUIET_SD * empty_sd)
         share = float((off & aside).sum() / aside.sum())
         until_s = calibration.time_s + RELEARNED_S if share > ANOTHER_ROOM else self.until_s

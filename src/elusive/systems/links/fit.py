@@ -159,9 +159,10 @@ def voxels_of_frames(
     model = method.effect if isinstance(method, LinksMethod) and isinstance(method.effect, VoxelRadiation) else None
     changing = tracking.change.replace(measure="loss")
     rss = changing.init(tracking.calibrate.over(empty))
-    losses = np.array([changing.step(rss, frame).change for frame in [*empty, *after]])
-    area = tracking.area_of(nodes)
-    return voxels_of(losses[: len(empty)], losses[len(empty) :], nodes, area, model or VoxelRadiation())
+    quiet, losses = (
+        np.array([changing.step(rss, frame).change for frame in some]) for some in (rss.calibration.alone(empty), after)
+    )
+    return voxels_of(quiet, losses, nodes, tracking.area_of(nodes), model or VoxelRadiation())
 
 
 def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking) -> tuple[LinkTracking, str]:

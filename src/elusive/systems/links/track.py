@@ -147,7 +147,8 @@ def track(
     refuse_impossible(nodes, rss.calibration.mean_dbm, [frame.time_s for frame in empty])
     stages: Any = parameters.method.bind(nodes, parameters.area_of(nodes), rss.calibration)
     changes = []
-    for frame in empty:
+    alone = rss.calibration.alone(empty)
+    for frame in alone:
         calibrated = changing.step(calibrated, frame, empty=True)
         changes.append(stages.seen(calibrated))
     first = next(stream, None)
@@ -161,7 +162,7 @@ def track(
     look = None
     if _looks(parameters):
         losing = parameters.change.replace(measure="loss")
-        look = Look(np.array([losing.step(rss, frame).change for frame in empty]))
+        look = Look(np.array([losing.step(rss, frame).change for frame in alone]))
     memory.held = rss.calibration, rss, people, rng, look, None
     memory.first = 0  # no frame is kept
     for step in _followed(chain([first], stream), nodes, parameters, memory, stages):

@@ -13,7 +13,6 @@ import numpy as np
 
 from elusive.checks import Fact, Finding
 from elusive.contracts import Array
-from elusive.preprocess.fade_level import deviation
 from elusive.tracking.track import Step
 
 FEWEST_EMPTY, FEWEST = 20, 40  # frames, of the calibration and with nobody tracked, from which it is known
@@ -38,13 +37,13 @@ class Unseen:
         if step.state.calibrating:
             level = step.measurement.rss_dbm
             heard = np.where(level <= rss.calibration.floor_dbm, np.nan, level)
-            self._empty += _power(heard - rss.calibration.mean_dbm, deviation(rss.calibration))
+            self._empty += _power(heard - rss.calibration.mean_dbm, rss.calibration.sd_db)
             self._calibrated += 1
         elif any(track.status == "confirmed" for track in step.tracks):
             self._late.clear()
             self._gone_s = step.time_s
         elif step.time_s > self._gone_s + FOUND_S:
-            self._late.append((step.time_s, _power(rss.rise_db, deviation(rss.calibration))))
+            self._late.append((step.time_s, _power(rss.rise_db, rss.calibration.sd_db)))
             while step.time_s - self._late[0][0] > FOUND_S:
                 self._varied += self._late.popleft()[1]
                 self._looked += 1
