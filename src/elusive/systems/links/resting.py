@@ -7,8 +7,8 @@ fro, not from one time to the next: blocks of several lengths are looked at. Wha
 is watched for longer. What wanders little enough to be a curtain is as probably the room's as somebody.
 
 As many people are there as have come. A shelf that is put down beside somebody takes over their track, and they are
-found as another who has come from nowhere; where that one walks, it is the track that stood there meanwhile that has
-not come, and it is watched as though it had just been found.
+found as another who has come from nowhere, or go on by the number of a shelf that was known. Where a track walks that
+was found and had not come, one that has stayed meanwhile has not, and is watched as though it had just been found.
 """
 
 from __future__ import annotations
@@ -37,9 +37,11 @@ BLOCKS = (1, 2, 4, 8)  # lengths of blocks that are looked at, in the shortest's
 # a turn), of curtains 1.4 to 1.7, of who sways by a centimetre, or sits, 1.9 and more
 STEADY, WANDERS, FEWEST_BLOCKS = 1.35, 1.75, 5
 NOISY, NOISY_BLOCKS = 2.0, 10  # variance of the readings over the empty room's, from which more blocks are asked
-# odds that the room has changed rather than that somebody has come, when a track is found, and the time in which they
-# grow by a factor e while it keeps steady by the shortest blocks: even when the room is taken to have changed
-CHANGES, GROW_S = 0.05, 4.0
+# odds that the room has changed rather than that somebody has come, when a track is found: nobody is sure who has not
+# been seen to come; and the time in which they grow by a factor e while it keeps steady by the shortest blocks: even
+# when the room is taken to have changed
+CHANGES = 0.12
+GROW_S = (COMING_S + FEWEST_BLOCKS * BLOCK_S) / -math.log(CHANGES)
 MOST = 50.0  # exponent
 ALONE = 1.0  # variance that others add to a reading, over the empty room's, below which it tells of who rests
 
@@ -86,51 +88,45 @@ def after_frame(
         for target in targets
         if target.life.status == "confirmed" and target.life.track is not None
     }
-    rests = {name: rest for name, rest in before.items() if name not in sure and time_s - rest.seen_s < AGAIN_S}
-    lost, moved = set(rests), dict[int, Rest]()
+    kept = {name: rest for name, rest in before.items() if name not in sure and time_s - rest.seen_s < AGAIN_S}
     came = {name: target.mean[[X, Y]] for name, target in sure.items() if name in before and before[name].came}
+    rests, left = dict[int, Rest](), dict[int, Rest]()
     for name, target in sure.items():
         place, covariance = target.mean[[X, Y]], target.covariance[np.ix_([X, Y], [X, Y])]
-        rest = before.get(name) or _found_again(rests, place, covariance, lost)
-        if rest is None:
-            rest = _new(time_s, place, covariance, rise_db.shape)._replace(others=came)
+        new = _new(time_s, place, covariance, rise_db.shape)
+        rest = before.get(name) or _found_again(kept, place, covariance) or new._replace(others=came)
         off = place - rest.place
         if off @ off > MOVED_M**2 and off @ np.linalg.solve(covariance + rest.covariance, off) > MOVED_SD**2:
             if not rest.came:
-                moved[-name] = rest._replace(now=rest.place)
-            rest = _new(time_s, place, covariance, rise_db.shape)._replace(came=True)
+                left[-name] = rest._replace(now=rest.place)
+            rest = new._replace(came=True)
         rests[name] = rest._replace(seen_s=time_s, now=place, nobody=0.0)
-    taken = lost - rests.keys()
-    moved |= {name: rest for name, rest in before.items() if name < 0 and name not in taken}
-    rests = _exchanged(rests, moved, came, time_s)
-    resting = {name: target for name, target in sure.items() if not rests[name].came}
+    rests = _taken_over(rests, kept, left, time_s)
     rests |= _watched(rests, sure, targets, sensor, rise_db, time_s)
     steady = dict[int, _Judged]()
-    for name in resting:
+    for name in sure:
         judged = _judged(rests[name].levels, sensor.tables.floor)
         rests[name] = _doubted(rests[name], judged, time_s)
-        if told := [one for one in judged if one.steady]:
+        if (told := [one for one in judged if one.steady]) and not rests[name].came:
             steady[name] = next((one for one in told if one.known), told[0])
-    return rests, _changed(rests, list(resting), steady)
+    return rests, _changed(rests, [name for name in sure if not rests[name].came], steady)
 
 
-def _exchanged(rests: Rests, moved: Rests, came: Places, time_s: float) -> dict[int, Rest]:
-    """Let who has not come be another, where a track that was found somewhere has moved: that one is somebody.
+def _taken_over(rests: Rests, kept: Rests, left: Rests, time_s: float) -> dict[int, Rest]:
+    """Let one who has come be what another was that goes on from where it was found: they may have exchanged numbers.
 
-    It is who has stood since it was found, who may have gone on from there by its number; or who comes to stand where
-    it was found, as they may have exchanged their numbers.
+    It is who is where that one was found, or comes to stand there; else who has stayed since.
     """
-    after = {name: rest for name, rest in rests.items() if name > 0}
-    for name, one in moved.items():
-        young = time_s - one.seen_s < AGAIN_S
-        others = {k: place for k, place in one.others.items() if k in came and _near(rests[k].now, place)}
-        if young:
-            others |= {k: one.place for k in came if _near(rests[k].now, one.place)}
-        stands = [k for k in others if after[k].came and _stands(after[k], time_s)]
-        if stands:
-            after[stands[0]] = after[stands[0]]._replace(came=False)
-        elif others or young:
-            after[name] = one._replace(others=others)
+    after = {**rests, **kept, **left}
+    for name, one in {**kept, **left}.items():
+        come = [k for k in rests if after[k].came and not one.came and k != -name]
+        near = [k for k in come if _near(after[k].now, one.now) and (name in left or _stands(after[k], time_s))]
+        stay = [k for k in come if k in one.others and _near(after[k].now, one.others[k]) and name in left]
+        if near:
+            heir = after[near[0]]
+            after[near[0]] = after.pop(name)._replace(seen_s=time_s, now=heir.now, others=NOWHERE, nobody=0.0)
+        elif stay:
+            after[stay[0]] = after[stay[0]]._replace(came=False, place=after[stay[0]].now)
     return after
 
 
@@ -199,7 +195,9 @@ def _judged(scales: Scales, floor: Array) -> list[_Judged]:
 
 
 def _doubted(rest: Rest, judged: Sequence[_Judged], time_s: float) -> Rest:
-    """Tell how probably a track that has not moved is the room's."""
+    """Tell how probably a track is the room's; nobody is sure who keeps steady, whether they have come or not."""
+    if rest.came:
+        return rest._replace(nobody=CHANGES / (1 + CHANGES) if any(one.steady for one in judged) else 0.0)
     watched_s = time_s - rest.found_s - COMING_S
 
     def grown(blocks: float) -> float:
@@ -247,12 +245,12 @@ def _stands(rest: Rest, time_s: float) -> bool:
     return time_s > rest.found_s + STANDS_S
 
 
-def _found_again(rests: dict[int, Rest], place: Array, covariance: Array, lost: set[int]) -> Rest | None:
+def _found_again(kept: dict[int, Rest], place: Array, covariance: Array) -> Rest | None:
     """Take what is known of a lost track that was where one is found; none: it is a new one."""
-    for name in lost & rests.keys():
-        off = place - rests[name].now
+    for name, rest in kept.items():
+        off = place - rest.now
         if off @ off <= AGAIN**2 * np.trace(covariance):
-            return rests.pop(name)
+            return kept.pop(name)
     return None
 
 
