@@ -21,7 +21,7 @@ from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
-from elusive.preprocess.deformation import deformation
+from elusive.preprocess.deformation import UNKNOWN, deformation
 from elusive.preprocess.grey_levels import levels_of, quantiles_of, unit_of
 from elusive.preprocess.overlays import Overlays, laid_over
 from elusive.preprocess.peak_maps import Found, Groups, find, groups_of, in_space, in_time
@@ -78,6 +78,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
+    better: Array  # (64,) by how much maps of how the scene deforms laid parts of the frame better than shifts, lately
     overlays: Overlays
     stuck: Watched
     tails: TailState | None
@@ -94,7 +95,7 @@ class PeakFinder(Model):
     def init(self) -> PeakState:
         """Return the state before the first frame."""
         nowhere = np.zeros(2)
-        return PeakState(0, (), 0.0, (), None, nowhere, nowhere, 0.0, Overlays(), NONE_WATCHED, None, None)
+        return PeakState(0, (), 0.0, (), None, nowhere, nowhere, 0.0, UNKNOWN, Overlays(), NONE_WATCHED, None, None)
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
         """Return the state after one more frame.
@@ -161,11 +162,13 @@ class PeakFinder(Model):
         peaks = *peaks[:-1], grey * peaks[-1]
         coarse = scene.chosen()[1]
         newest = maps[coarse]
-        deforms = None if cut or state.last is None else deformation(newest, state.last, step, coarse)
+        deforms, better = None, UNKNOWN
+        if not cut and state.last is not None:
+            deforms, better = deformation(newest, state.last, step, coarse, state.better)
         output = Peaks(state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms)
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, overlays, stuck, tails,
-            output,
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, better, overlays, stuck,
+            tails, output,
         )  # fmt: skip
 
     def _rated(

@@ -22,7 +22,7 @@ SHARE = 20  # between two passes so many times what one takes: what was measured
 STATES, MARK = ("state.bin", "spare.bin"), "told.bin"
 TIME = struct.Struct("<d")
 HEAD = struct.Struct("<8sQQ32s")  # what it is, its number, the state's length and digest
-KIND = b"elusive\x05"
+KIND = b"elusive\x06"
 ROOM = 1 << 16  # a file is so many times as large, with room for twice the state: a full disk refuses none of the next
 OWN = 0o600
 
