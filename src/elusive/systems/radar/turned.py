@@ -13,6 +13,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import poisson
 
 from elusive.checks import Finding
 from elusive.contracts import Array
@@ -27,7 +28,7 @@ HALF, CLIPPED = 0.67449, 3.0  # deviations within which half of a Gaussian's err
 LEAST = 0.3  # of their root mean square, where rounded bearings leave most errors zero
 ROOM_M = 60.0  # of a range from one scan to the next, beside what a target sails
 NEAR_DEG = 2  # turns that are one turn: targets move on, too
-FEW, FITS, HARDLY = 4, 0.6, 0.3  # plots that fit if turned; their share of the scan's; share of these as it is
+FEW, SELDOM, HARDLY = 4, 1e-6, 0.3  # plots that fit if turned; how seldom so many would; share of these as it is
 MOST = 100  # plots of a scan that are looked at
 
 
@@ -96,7 +97,8 @@ class Turns:
         wide = np.any([np.roll(hit, k, axis=1) for k in range(-NEAR_DEG, NEAR_DEG + 1)], axis=0)
         fitting = wide.sum(axis=0)
         most, as_it_is = int(fitting.max()), int(max(fitting[0], fitting[-1]))
-        if most >= max(FEW, FITS * min(len(far), len(far_before))) and as_it_is <= HARDLY * most:
+        chance = poisson.sf(most - 1, float(fitting.mean()))
+        if most >= FEW and chance < SELDOM and as_it_is <= HARDLY * most:
             best = np.exp(1j * np.radians(np.flatnonzero(fitting == most) + 0.5)).mean()
             self._turns.append(Turn(scan.time_s, math.degrees(float(np.angle(best)))))
 
