@@ -18,6 +18,7 @@ from elusive.preprocess.cycles import Cycles, cycles_after, no_cycles
 from elusive.preprocess.level_trend import Trend, flattened, no_trend
 from elusive.preprocess.levels import MEMORIES, Levels, hidden_mean, levelled, levels_after, mean_log_level, no_levels
 from elusive.preprocess.linear_prediction import LinearPrediction, innovations, learnt, no_prediction
+from elusive.preprocess.marginal_law import MarginalLaw, law_after, no_law, scored
 from elusive.preprocess.past_prediction import PastPrediction, no_past, without_past
 from elusive.preprocess.repeated import Repeated, nothing_repeated, without_repeated
 
@@ -44,6 +45,8 @@ class NoiseModel(NamedTuple):
     trend: Trend
     repeated: Repeated  # in the frames without spectrum and levels
     cycles: Cycles  # of what is new in the frames at each place: a level with a period of its own
+    new_law: MarginalLaw  # of what is new in the frames at each place
+    law: MarginalLaw  # of the frames without spectrum and levels
 
     @property
     def memory_frames(self) -> float:
@@ -66,10 +69,10 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     """Return what is known before the first frame of so many samples."""
     level, spectrum = no_levels(samples, window), no_prediction()
     nothing = np.zeros(samples)
-    trend, repeated = no_trend(samples, window), nothing_repeated(samples, window)
+    trend, repeated, law = no_trend(samples, window), nothing_repeated(samples, window), no_law(samples, window)
     return NoiseModel(
         0, nothing, spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated,
-        no_cycles(samples, window),
+        no_cycles(samples, window), law, law,
     )  # fmt: skip
 
 
@@ -113,7 +116,10 @@ def whitened(
     fresh, calm = fresh / loud, centred / loud
     calm /= _rms(calm, explained)
     size = _rms(fresh, explained)
-    judged = _after(state.judged, _parts(fresh / size), explained)
+    # levels are judged by normal scores: heavy tails would look like levels that change
+    new_parts = _parts(fresh / size)
+    judged = _after(state.judged, _scored(state.new_law, new_parts, explained), explained)
+    new_law = law_after(state.new_law, new_parts, explained)
     even, first = state.even, state.first
     if state.judged.chosen is not None:
         # a level on coloured noise, or colour on noise of that level: what predicts better
@@ -133,6 +139,8 @@ def whitened(
     repeated, fresh = without_repeated(state.repeated, fresh)
     power = _rms(fresh, explained)
     parts = _parts(fresh / power)
+    law = law_after(state.law, parts, explained)
+    parts = _scored(state.law, parts, explained)
     swift = _after(state.swift, parts, explained)
     excess = math.sqrt(len(parts)) * ((parts**2).mean(axis=0) - 1)
     stays = state.stays + (excess - state.stays) / JUDGED_FRAMES
@@ -140,7 +148,22 @@ def whitened(
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts, explained)
     model = NoiseModel(
-        frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated, cycles
+        frames,
+        offsets,
+        before,
+        past,
+        plain,
+        judged,
+        levels,
+        even,
+        first,
+        stays,
+        swift,
+        trend,
+        repeated,
+        cycles,
+        new_law,
+        law,
     )
     return model, scale * power * _joined(parts)
 
@@ -173,6 +196,12 @@ def _after(levels: Levels, parts: Array, explained: NDArray[np.bool_] | None) ->
     for part in parts:
         levels = levels_after(levels, part, explained)
     return levels
+
+
+def _scored(law: MarginalLaw, parts: Array, explained: NDArray[np.bool_] | None) -> Array:
+    scores = scored(law, parts)
+    # the mean square of what is far from Gaussian is uncertain: that of its scores is less so
+    return scores / _rms(_joined(scores), explained) if law.chosen else scores
 
 
 def _parts(frame: Array) -> Array:

@@ -113,7 +113,7 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         (lambda: noise("white", 1)[:, :30], [], "signals.short", False),
         (lambda: noise("white", 1), ["--calibration-frames", "10", "--smoothing", "0.95"], "signals.short", False),
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
-        (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.drift", False),
+        (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.bursts", True),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
         (lambda: noise("rests", 1), [], "signals.rests", False),
         (lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),

@@ -1,16 +1,19 @@
-"""How often coloured noise and uneven levels raise an alarm, to what was asked for; nothing is followed."""
+"""How often noise that is coloured, uneven or far from Gaussian raises an alarm, to what was asked for."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 from scipy.signal import lfilter
+from scipy.stats import expon, laplace, lognorm, t
 
 from elusive.systems.signals.law import noise_law
 from elusive.systems.signals.track import SignalTracking
 
 FRAMES, SAMPLES, SIGNALS = 5000, 400, 2
 APART = 25  # frames without an alarm from one cluster of them to the next
+
+LAWS = {"power": expon(), "log-normal": lognorm(1.0), "laplace": laplace(), "student": t(3)}
 
 
 def noise(kind: str, seed: int) -> np.ndarray:
@@ -21,6 +24,8 @@ def noise(kind: str, seed: int) -> np.ndarray:
         white = lfilter([1], [1, -float(kind[2:])], white)
     elif kind.startswith("time"):
         return lfilter([1], [1, -float(kind[4:])], white.reshape(FRAMES, SAMPLES), axis=0)
+    elif kind in LAWS:
+        white = LAWS[kind].rvs(size=n, random_state=rng)
     elif kind == "pink":
         frequency = np.fft.rfftfreq(n)
         frequency[0] = frequency[1]
@@ -38,7 +43,9 @@ def noise(kind: str, seed: int) -> np.ndarray:
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "time0.9", "pink", "hum", "unequal", "drifting"])
+@pytest.mark.parametrize(
+    "kind", ["white", "ar0.5", "ar0.9", "ar0.99", "time0.9", "pink", "hum", "unequal", "drifting", *LAWS]
+)
 def test_alarms_come_as_often_as_was_asked_for(kind: str) -> None:
     parameters = SignalTracking().bind(SAMPLES, 1.0)
     recursion, chances = parameters.recursion, np.empty((SIGNALS, FRAMES))

@@ -136,9 +136,8 @@ def _followed(facts: SignalFacts) -> Finding:
     fact = facts.followed
     return fact.finding(
         "signals.drift",
-        f"The samples' levels drift, or are of noise far from Gaussian: in {fact.seen:.0%} of the frames each was "
-        f"taken from the latest ones, so that an object that stays at a place for {MEMORY} frames is taken for a "
-        "level, and is not found.",
+        f"The samples' levels drift: in {fact.seen:.0%} of the frames each was taken from the latest ones, so that an "
+        f"object that stays at a place for {MEMORY} frames is taken for a level, and is not found.",
         "Where levels are known to be steady, --noise white; where frames without an object are, --calibration-frames.",
         grave=False,
     )

@@ -9,6 +9,7 @@ import numpy as np
 from elusive.checks import Fact, lag_of
 from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
+from elusive.preprocess.marginal_law import EVEN
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
 from elusive.systems.signals.track import SignalState
@@ -26,7 +27,6 @@ BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of t
 MANY, ALIKE, MOST = 4, 0.15, 0.8  # tracks at once; part of their velocity by which they differ; share that do not
 SPREAD = 1.2  # deviation of what accumulates, to that of white noise, that is as good as right
 FEW_FRAMES = 10  # in which many tracks move alike by chance
-EVEN = 0.45  # of the variance that the squares of Gaussian noise have; uniform noise has .4 of it
 KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
 
 
