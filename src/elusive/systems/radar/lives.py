@@ -3,8 +3,9 @@
 No false alarm alone makes a track, but waves come in groups that last for scans. Of lives that end at a constant rate,
 some ships' and some far shorter, how many are of each kind, and how long the short ones are, is found by expectation
 maximisation, those that have not ended being censored (Farewell, 1982, The use of mixture models for the analysis of
-survival data with long-term survivors). A track is then a ship's by how long it has lived, and by how many of the
-others came at its range.
+survival data with long-term survivors). Where others begin nearby more often than by chance, lives go on: ships turn
+harder than the motion allows. A track is then a ship's by how long it has lived, and by how many of the others came at
+its range.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from elusive.contracts import Array, X, Y
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
+from elusive.systems.radar.company import REACH_M, SCANS
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.track import Track
 
@@ -79,21 +81,24 @@ class Lives:
 
     def __init__(self, fade: float) -> None:
         self._fade = fade
-        # band, scans of life, whether it ended; hits and trials of late
+        self._scan = 0
+        # band, scans of life, whether it ended; hits and trials of late; scan and place, first and last
         self._each = dict[int, Array]()
 
     def add(self, ages: Ages, targets: Sequence[Target]) -> None:
         """Take a scan in: how old confirmed tracks are, and the targets where the radar looks."""
+        self._scan += 1
         for row in self._each.values():
-            row[3:] *= self._fade
+            row[3:5] *= self._fade
         for target in targets:
             number = target.life.track or 0
             if number in ages:
                 scans, band = ages[number]
-                row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0]))
-                row[1] = scans + 1
+                now = self._scan, *target.mean[[X, Y]]
+                row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0, *now, *now]))
+                row[1], row[8:] = scans + 1, now
                 if target.existence > KNOWN:
-                    row[3:] += target.detection >= 0, 1
+                    row[3:5] += target.detection >= 0, 1
             elif target.life.status == "deleted" and number in self._each:
                 self._each[number][2] = 1.0
         while len(self._each) > LATEST:
@@ -105,10 +110,30 @@ class Lives:
         ``every`` track is taken for a ship's where they are tracked with another probability of detection than
         theirs: ships that are lost live as briefly as clutter.
         """
-        band, scans, ended, hits, trials = np.array([*self._each.values()]).reshape(-1, 5).T
+        rows = np.array([*self._each.values()]).reshape(-1, 11)
+        band, scans, ended, hits, trials = rows.T[:5]
+        ended = ended * (1 - gone_on(rows[:, 5:8], rows[:, 8:]))
         lives, short = short_lives(band.astype(np.int64), scans, ended)
         ships = np.ones(len(band)) if every else 1 - short
         return float((ships @ hits + 1) / (ships @ trials + 2)), float(ships @ trials), lives
+
+
+def gone_on(first: Array, last: Array) -> Array:
+    """Return the probabilities that lives have gone on as others, ``(n,)``.
+
+    Parameters
+    ----------
+    first, last
+        Scan and place [m] of each, ``(n, 3)``. How often others begin nearby by chance is seen by those long after.
+    """
+    late = first[:, 0] - last[:, None, 0]
+    near = np.hypot(*(first[:, 1:] - last[:, None, 1:]).transpose(2, 0, 1)) < REACH_M
+    np.fill_diagonal(near, val=False)
+    soon = (near & (np.abs(late) <= SCANS)).any(axis=1)
+    chance = (near & (late > SCANS) & (late <= 3 * SCANS)).any(axis=1)
+    seen = last[:, 0] <= last[:, 0].max(initial=0) - 3 * SCANS  # for as long
+    found: Array = soon * max(1 - float(chance @ seen) / max(float(soon @ seen), 1.0), 0.0)
+    return found
 
 
 def short_lives(band: NDArray[np.int64], scans: Array, ended: Array) -> tuple[tuple[float, ...], Array]:
