@@ -19,6 +19,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, Positive, Probability
+from elusive.preprocess.background import MAD
 from elusive.sensors.radio_network import RssFrame
 
 STAYS = 0.5  # share of a reading's frames at the least level from which it lies there
@@ -30,7 +31,6 @@ APART, QUIETER = 1.6, (0.1, 0.3, 0.4)  # the outer ones are a deviation apart
 SURE_SD, SCATTER = 4.0, 2.0  # deviations of its logarithm by chance, and one reading's: squares of heavy tails
 FARTHEST_SD = 5.0  # what one reading counts for at most
 LEAST_SD_DB = 0.5  # readings are often whole decibels
-MEDIAN_SD = 0.6745  # median of the size of a normal number
 
 Flags = NDArray[np.bool_]
 
@@ -142,7 +142,7 @@ def _alone(dbm: Array) -> Flags:
         warnings.simplefilter("ignore", RuntimeWarning)
         while True:
             off = np.abs(dbm - np.nanmedian(dbm[alone], axis=0))
-            sd_db = np.maximum(np.nanmedian(off[alone], axis=0) / MEDIAN_SD, LEAST_SD_DB)
+            sd_db = np.maximum(MAD * np.nanmedian(off[alone], axis=0), LEAST_SD_DB)
             apart = np.log(np.nanmean(np.minimum(off / sd_db, FARTHEST_SD) ** 2, axis=(1, 2)))
             least, quiet, most = np.nanquantile(apart, QUIETER)
             kept: Flags = alone & ~(apart > quiet + np.maximum(farthest, SURE_SD * (most - least)))

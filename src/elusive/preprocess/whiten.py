@@ -148,23 +148,9 @@ def whitened(
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts, explained)
     model = NoiseModel(
-        frames,
-        offsets,
-        before,
-        past,
-        plain,
-        judged,
-        levels,
-        even,
-        first,
-        stays,
-        swift,
-        trend,
-        repeated,
-        cycles,
-        new_law,
-        law,
-    )
+        frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated, cycles,
+        new_law, law,
+    )  # fmt: skip
     return model, scale * power * _joined(parts)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elusive.errors import ParameterError
 from elusive.sensors import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.sensors.range_bands import BANDS
@@ -13,6 +14,7 @@ from elusive.systems.radar.lives import ERRORS, as_lived, gone_on, lasting_findi
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
+from elusive.systems.radar.simulate import RadarSimulation
 from elusive.systems.radar.survey import righted
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
@@ -78,6 +80,14 @@ def test_a_ship_that_is_begun_anew_lives_on_and_groups_of_waves_do_not():
         found.append(gone_on(groups, groups + np.array([4.0, 0.0, 0.0])).mean())
     # chance is known from some hundred and more ends: a share of them to a tenth
     assert np.mean(found) < 0.1
+
+
+def test_lives_are_of_a_tracker_and_whole():
+    with pytest.raises(ParameterError, match="leave it out"):
+        RadarSimulation(radar=RadarSensor(false_alarm_lives=(3.0, *[1.0] * BANDS)))
+    for lives in ((3.0, 1.0), (0.0, *[1.0] * BANDS)):
+        with pytest.raises(ParameterError, match="scans above zero"):
+            RadarSensor(false_alarm_lives=lives)
 
 
 def wave_groups(rng, scans):
