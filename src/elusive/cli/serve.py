@@ -31,7 +31,9 @@ class Health(Model):
 
     host: str = Field(LOOPBACK, description="Address to listen at; loopback, unless it is to be seen from elsewhere")
     port: int = Field(0, ge=0, le=65535, description="Port; 0: any that is free")
-    token: str | None = Field(None, min_length=TOKEN_LETTERS, description="What is asked for; none: made, and kept in the folder")
+    token: str | None = Field(
+        None, min_length=TOKEN_LETTERS, description="What is asked for; none: made, and kept in the folder"
+    )
 
 
 class ServeConfig(Model):
@@ -95,7 +97,10 @@ def _token(path: Path) -> str:
         If it is none, or cannot be kept.
     """
     if not path.exists():
-        with atomic_path(path) as made, os.fdopen(os.open(made, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        with (
+            atomic_path(path) as made,
+            os.fdopen(os.open(made, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file,
+        ):
             file.write(secrets.token_urlsafe(24))
     token = path.read_text(encoding="utf-8").strip()
     if len(token) < TOKEN_LETTERS:
