@@ -78,6 +78,21 @@ def test_the_edge_of_a_frame_is_no_line():
     assert not any(len(state.now) for state in states(frames))
 
 
+@pytest.mark.parametrize("share", [0.0, 0.5])
+def test_a_line_is_longer_than_chance_makes_one(share):
+    """Of every other pixel that has the value of the one before it, as a coder makes them, twenty make no line."""
+    frames, over = scene(), np.zeros((ROWS, COLUMNS), bool)
+    copies = np.random.default_rng(2).random(frames.shape) < share
+    for k in range(1, COLUMNS):
+        frames[..., k] = np.where(copies[..., k], frames[..., k - 1], frames[..., k])
+    over[20, 4:16] = over[40, 2:62] = True
+    frames[:, over] = 0
+    over[20] = share == 0
+    over[20, :4] = over[20, 16:] = False
+    for state in states(frames):
+        np.testing.assert_array_equal(mask_of(state.now), over)
+
+
 def test_text_that_stays_is_taken_out():
     frames, over = scene(), np.zeros((ROWS, COLUMNS), bool)
     for x in (10, 20, 30, 40):

@@ -9,6 +9,7 @@ beside it and as sharp, with its value, is written, too, unless it moves on as i
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ RESTED, AT_ONCE = 3, 0.8  # frames of one that goes at once; share of its pixels
 NEAR_PX = 10  # about what is known, within which what has its value is of it
 RESTS, SEVERAL = 8, 4  # frames; parts of one value that are text where they rest
 LONG_PX, WIDE_PX, STRAIGHT = 10, 3, 0.5  # of lines; side of a square that is in none; share of a part in long ones
+CHANCE = 0.01  # lines in a frame that may be so long because neighbours have one value
 MEMORY = 300  # frames
 BESIDE_PX = 2  # about what is written, and a pixel at each scale, in which nothing is seen
 MOST = 400  # parts, of more of which nothing is told
@@ -171,7 +173,7 @@ def _is_written(state: Written, part: Pixels, shape: Part, image: Image, alike: 
     if len(part) < LEAST and not state.known.any():
         return False
     rows, columns = np.divmod(part, image.shape[1])
-    if _is_line(rows, columns, image.shape):
+    if _is_line(rows, columns, image):
         return True
     told = (state.known | state.again | (state.kept == 0)) & (state.values == shape[0])
     if not told.any() or _moved(state, part, shape, alike):
@@ -184,19 +186,35 @@ def _is_written(state: Written, part: Pixels, shape: Part, image: Image, alike: 
     return bool(beside.any())
 
 
-def _is_line(rows: Pixels, columns: Pixels, shape: tuple[int, ...]) -> bool:
+def _is_line(rows: Pixels, columns: Pixels, image: Image) -> bool:
     """Say if a part is thin, long, mostly straight along rows and columns, and none that an edge of the frame is."""
-    if max(np.ptp(rows), np.ptp(columns)) < LONG_PX - 1:
+    extent = 1 + max(int(np.ptp(rows)), int(np.ptp(columns)))
+    if extent < LONG_PX or extent < (least := max(LONG_PX, _by_chance(image))):
         return False
     box = np.zeros((np.ptp(rows) + 1, np.ptp(columns) + 1), np.uint8)
     box[rows - rows[0], columns - columns.min()] = 1
-    ends = ((at.min(), size - 1 - at.max(), np.ptp(at)) for at, size in zip((rows, columns), shape, strict=True))
+    ends = ((at.min(), size - 1 - at.max(), np.ptp(at)) for at, size in zip((rows, columns), image.shape, strict=True))
     if any(min(low, high) + extent < WIDE_PX for low, high, extent in ends):
         return False
     if min(box.shape) >= WIDE_PX and ndimage.binary_erosion(box, np.ones((WIDE_PX, WIDE_PX))).any():
         return False
-    lines, _ = _drawn_kernels.long_lines(box, 1, LONG_PX)
+    lines, _ = _drawn_kernels.long_lines(box, 1, least)
     return bool(np.count_nonzero(lines) >= STRAIGHT * len(rows))
+
+
+def _by_chance(image: Image) -> int:
+    """How long a line of one value must be, thin along a row or a column, that chance hardly makes one in a frame.
+
+    Few neighbours have one value to the bit in what a camera takes, and many in what a coder has smoothed.
+    """
+    longest = 0.0
+    for lines in (image, image.T):
+        middle = lines[1:-1]
+        thin = ((middle != lines[:-2]) & (middle != lines[2:]))[:, :-1]
+        count = 1 + np.count_nonzero(thin)
+        same = 0.5 + np.count_nonzero(thin & (middle[:, 1:] == middle[:, :-1]))
+        longest = max(longest, 1 + math.log(count / CHANCE) / math.log(count / same))
+    return math.ceil(longest)
 
 
 def _moved(state: Written, part: Pixels, shape: Part, alike: list[Pixels]) -> bool:
