@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 
 from elusive.systems.images.track import ImageTracking, track_images
+from elusive.tracking.peak_bodies import leave_parts
 from elusive.tracking.peak_companions import leave_companions, leave_layers
 from elusive.tracking.peak_targets import PeakTargets
 
@@ -98,3 +99,13 @@ def test_what_rings_about_a_strong_one_is_not_shown(
     seen = np.ones(2, np.bool_)
     leave_companions(targets, seen)
     assert seen.tolist() == [True, left]
+
+
+@pytest.mark.parametrize("shown_before", [0, 1])
+def test_what_rings_about_a_strong_one_does_not_take_its_place_in_a_body(shown_before: int) -> None:
+    place = np.array([[50.0, 50], [54, 50]])
+    targets = targets_at(place, np.full((2, 2), 1.0), np.array([10.0, 4.0]), np.array([True, False]))
+    body = np.array([[0.0, 0, 0, 0, 12, 20], [-4, 0, -4, 0, 12, 20]])
+    seen = np.ones(2, np.bool_)
+    leave_parts(targets._replace(body=body, shown=np.arange(2) == shown_before), seen)
+    assert seen.tolist() == [True, False]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from elusive.contracts import Array
 from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.bodies import body_about
-from elusive.tracking.peak_companions import ALIKE, TRAIL_PX, rings
+from elusive.tracking.peak_companions import ALIKE, TRAIL_PX, rings, rung
 from elusive.tracking.peak_targets import PeakTargets
 
 WIDE_PX = 8.0  # extent from which a body is more than a point
@@ -53,7 +53,7 @@ def to_middle(targets: PeakTargets) -> Array:
 
 
 def leave_parts(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
-    """Show one part of each body: the one that was shown before, else the strongest."""
+    """Show one part of each body: the one shown before, else the strongest; no ring for what it is about."""
     steady = targets.body[:, 5] > 0
     place, velocity = targets.mean_place, targets.mean_velocity
     first = np.lexsort((-targets.strength, ~targets.shown))
@@ -65,5 +65,6 @@ def leave_parts(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
         near = WITHIN * float(targets.body[k, 4])
         parts = (away < near) & (np.hypot(*(velocity - velocity[k]).T) < alike)
         parts |= (away < near + TRAIL_PX) & rings(targets, k)
+        parts &= ~rung(targets, k)
         parts[k] = False
         shown &= ~parts

@@ -66,3 +66,8 @@ def leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:
 def rings(targets: PeakTargets, k: int) -> NDArray[np.bool_]:
     """Say which targets, were they beside one, would be what a camera makes ring about it."""
     return np.asarray((targets.strength < FAINT * targets.strength[k]) & (targets.bright != targets.bright[k]))
+
+
+def rung(targets: PeakTargets, k: int) -> NDArray[np.bool_]:
+    """Say about which targets, were it beside them, one would be what a camera makes ring."""
+    return np.asarray((targets.strength[k] < FAINT * targets.strength) & (targets.bright != targets.bright[k]))
