@@ -5,11 +5,10 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
-from rich.progress import Progress
 
+from elusive.cli import terminal
 from tests.commands import ran
 
 FRAMES = str.maketrans("│╭╮╰╯─", "      ")
@@ -36,15 +35,15 @@ def ctrl_c(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], list[int]]:
 
     def press_at(frame: int) -> list[int]:
         seen: list[int] = []
-        update = Progress.update
+        heed = terminal.heed_interrupt
 
-        def press_and_update(*arguments: Any, **keywords: Any) -> None:
+        def press_and_heed() -> None:
             seen.append(len(seen))
             if len(seen) == frame:
                 signal.raise_signal(signal.SIGINT)
-            update(*arguments, **keywords)
+            heed()
 
-        monkeypatch.setattr(Progress, "update", press_and_update)
+        monkeypatch.setattr(terminal, "heed_interrupt", press_and_heed)
         return seen
 
     return press_at

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import _thread
 import multiprocessing
 import os
 import signal
@@ -89,17 +88,13 @@ def _pool(workers: int) -> Iterator[Executor]:
 
 
 def _follow(lifeline: Connection) -> None:
-    """Prepare a worker: interrupts are the parent's, who lets go of the lifeline to stop it, or has died.
-
-    Then what heeds SIGINT here gets one.
-    """
+    """Prepare a worker: interrupts are the parent's, who lets go of the lifeline to stop it, or has died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def end() -> None:
         with suppress(OSError, EOFError):
             lifeline.poll(None)
         stopping.set()
-        _thread.interrupt_main()
         parent = multiprocessing.parent_process()
         if parent is not None:
             parent.join()

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from elusive.cli.live import tell
-from elusive.cli.terminal import ended_softly, say
+from elusive.cli.terminal import interrupted, say
 from elusive.io.replay import replay
 
 
@@ -24,8 +23,6 @@ def replay_command(
     speed: Annotated[float, typer.Option("--speed", help="How many times faster than it was recorded.")] = 1.0,
 ) -> None:
     """Play a recording over the network, to try what is to follow it live."""
-    over = threading.Event()
-    with ended_softly(over.set):
-        sent = replay(source, to, speed, tell, over)
+    sent = replay(source, to, speed, tell, interrupted)
     lost = f", {sent.lost} lost" * bool(sent.lost)
     say(f"{sent.messages} messages in {sent.seconds:.1f} s{lost}.")

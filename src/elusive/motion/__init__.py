@@ -13,7 +13,6 @@ from elusive.motion.linear import (
     square_root,
     transition,
 )
-from elusive.motion.manoeuvring import ManoeuvringVelocity
 
 __all__ = [
     "ConstantAcceleration",
@@ -22,7 +21,6 @@ __all__ = [
     "CoordinatedTurn",
     "KinematicMotion",
     "LinearMotion",
-    "ManoeuvringVelocity",
     "MovingOrAnchored",
     "WithCoastError",
     "WithIntensity",

@@ -40,9 +40,11 @@ class Watch(NamedTuple):
     velocity: Array  # (n, 2) a frame
     level: Array  # (n,)
     bright: NDArray[np.bool_]  # (n,)
+    scale: Array  # (n,) [px]
     visible: Array  # (n,) probability that it is there and may be seen
     group: NDArray[np.int64]  # (n,)
     seen: NDArray[np.int64]  # (n, 2) frames with a peak at the track, and beside it
+    unseen: NDArray[np.int64]  # (n,) frames that showed nothing new of the track's place
     looks: int
 
 
@@ -90,15 +92,16 @@ class Persistence(Model):
             watch = self._looked(watch, (time_s - watch.time_s) / interval_s, peaks, most)
             if watch.looks < self.looks:
                 return known._replace(watch=watch)
-            there = watch.seen >= self.again
-            rows = np.column_stack([np.ones(len(there)), watch.visible, there])
+            told = self.looks - watch.unseen > self.again
+            there = watch.seen[told] >= self.again
+            rows = np.column_stack([np.ones(len(there)), watch.visible[told], there])
             outcomes = outcomes.copy()
-            np.add.at(outcomes, watch.group, rows)
+            np.add.at(outcomes, watch.group[told], rows)
             share = self.shares(outcomes)
         watch = Watch(
             time_s, targets.mean_place[tracks], targets.mean_velocity[tracks], targets.level[tracks],
-            targets.bright[tracks], targets.visible[tracks], groups_of(targets)[tracks],
-            np.zeros((len(tracks), 2), np.int64), 0,
+            targets.bright[tracks], targets.scale[tracks], targets.visible[tracks], groups_of(targets)[tracks],
+            np.zeros((len(tracks), 2), np.int64), np.zeros(len(tracks), np.int64), 0,
         )  # fmt: skip
         return Reliability(outcomes, share, watch if len(tracks) else None)
 
@@ -136,7 +139,8 @@ class Persistence(Model):
         order = np.argsort(found[:, 0])
         sought = (self._features(at, watch.level, watch.bright) for at in (place, beside))
         near = [nearest(found, order, at, 1.0)[1] >= 0 for at in sought]
-        return watch._replace(seen=watch.seen + np.stack(near, axis=1), looks=watch.looks + 1)
+        unseen = watch.unseen + peaks.old_at(place + peaks.offset_px, watch.scale)
+        return watch._replace(seen=watch.seen + np.stack(near, axis=1), unseen=unseen, looks=watch.looks + 1)
 
     def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:
         """Lay peaks out such that those of one track are less than 1 apart, ``(m, 4)``."""

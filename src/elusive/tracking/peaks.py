@@ -23,7 +23,7 @@ from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
-from elusive.tracking.peak_recursion import PeakRecursion
+from elusive.tracking.peak_recursion import NEWS, PeakRecursion
 from elusive.tracking.peak_swift import Unclaimed
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
@@ -32,6 +32,7 @@ from elusive.tracking.track import Track
 REMEMBERED = 4000  # tracks that have ended and are part of the null distribution
 OLD = 5  # frames from which a track is part of it
 SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
+OLD_BLOCKS, GOES_PX = 0.05, 1.0  # share of the frame from which a coder leaves copies behind; way of what goes on
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 
 
@@ -48,6 +49,7 @@ class PeakBelief(NamedTuple):
     reliability: Reliability  # what became of tracks of an existence
     warp: Warp  # how the scene was deformed since the frame before
     seen: Warp  # how it was by grey levels alone
+    old_share: float  # of the frames, lately, that shows the scene as it was
     boxed: Array  # (b, 2) x, y in the frame of what is shown in the middle of four corners that move
     tracks: tuple[Track, ...]
 
@@ -79,7 +81,7 @@ class SceneTracker(PeakRecursion):
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
         known, still = self.persistence.begin(), Warp.none()
-        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, np.zeros((0, 2)), ())
+        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, 0.0, np.zeros((0, 2)), ())
 
     def follow(
         self,
@@ -134,7 +136,7 @@ class SceneTracker(PeakRecursion):
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
-            warp=warp, seen=seen,
+            warp=warp, seen=seen, old_share=belief.old_share + NEWS * (peaks.old_share - belief.old_share),
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 
@@ -177,6 +179,9 @@ class SceneTracker(PeakRecursion):
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & ~targets.mark
+        if belief.old_share > OLD_BLOCKS:
+            # what has stopped may be the copy that a coder left of it
+            enough &= targets.way > GOES_PX
         shown &= seen & (enough | self._alone(targets, shown))
         gone = confirmed & (targets.farthest > LAYER_PX)
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))

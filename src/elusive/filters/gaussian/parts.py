@@ -15,7 +15,6 @@ from elusive.motion import (
     ConstantTurnRateVelocity,
     ConstantVelocity,
     CoordinatedTurn,
-    ManoeuvringVelocity,
     MovingOrAnchored,
 )
 from elusive.motion.altitude import WithAltitude
@@ -31,7 +30,6 @@ BuiltInMotion = (
     | ConstantTurnRateVelocity
     | WithAltitude
     | MovingOrAnchored
-    | ManoeuvringVelocity
 )
 BuiltInSensor = BearingSensors | ArrivalTimeSensors | HybridSensors | LinearSensor
 PLACE_SENSORS = (BearingSensors, ArrivalTimeSensors, HybridSensors)
