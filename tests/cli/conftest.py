@@ -5,10 +5,11 @@ from __future__ import annotations
 import signal
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from rich.progress import Progress
 
-from elusive.cli import terminal
 from tests.commands import ran
 
 FRAMES = str.maketrans("│╭╮╰╯─", "      ")
@@ -35,15 +36,15 @@ def ctrl_c(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], list[int]]:
 
     def press_at(frame: int) -> list[int]:
         seen: list[int] = []
-        heed = terminal.heed_interrupt
+        update = Progress.update
 
-        def press_and_heed() -> None:
+        def press_and_update(*arguments: Any, **keywords: Any) -> None:
             seen.append(len(seen))
             if len(seen) == frame:
                 signal.raise_signal(signal.SIGINT)
-            heed()
+            update(*arguments, **keywords)
 
-        monkeypatch.setattr(terminal, "heed_interrupt", press_and_heed)
+        monkeypatch.setattr(Progress, "update", press_and_update)
         return seen
 
     return press_at

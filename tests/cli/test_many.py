@@ -8,11 +8,13 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
+from elusive.campaign import trials
 from elusive.cli import main, many
 from elusive.results import TrackLog
 from elusive.tracking.track import Step, Track
@@ -108,6 +110,28 @@ def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, a
     assert track(flights, out, "--workers", "2") == 2
     assert "of 3 are there already" in capsys.readouterr().err
     assert files(out) == files(alone)
+
+
+def pressed_twice(out):
+    """A command amid which Ctrl-C is pressed, and then the pool closed."""
+    signal.raise_signal(signal.SIGINT)
+    STOPPED.append("pressed")
+    trials.stopping.set()
+    signal.raise_signal(signal.SIGINT)
+    STOPPED.append("tracked")
+
+
+STOPPED = []
+
+
+def test_a_worker_lets_go_of_its_recording_when_its_pool_is_closed(tmp_path, monkeypatch):
+    """It was tracked to its end, and the one after it, too: a minute until Ctrl-C was heeded."""
+    monkeypatch.setattr(many.multiprocessing, "parent_process", lambda: "the pool's")
+    monkeypatch.setattr(trials, "stopping", threading.Event())
+    for known in (["pressed"], ["pressed"]):  # the next is not begun
+        with pytest.raises(KeyboardInterrupt):
+            many.track_one(f"{__name__}:pressed_twice", {"out": tmp_path / "one"})
+        assert known == STOPPED
 
 
 @pytest.mark.validate

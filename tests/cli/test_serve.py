@@ -211,6 +211,16 @@ def test_a_configuration_without_meaning_is_refused(tmp_path, capsys, more, sent
     assert sentence in " ".join(capsys.readouterr().err.split())
 
 
+def test_a_token_that_anybody_guesses_is_refused(tmp_path, capsys):
+    """A full disk left an empty one, which every request has."""
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "token").write_text("")
+    with pytest.raises(SystemExit) as ended:
+        main(["serve", str(configured(tmp_path, 1))])
+    assert ended.value.code == 2
+    assert "has fewer than 16 letters; remove it" in " ".join(capsys.readouterr().err.split())
+
+
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such locks")
 def test_one_folder_serves_one_run_at_a_time(tmp_path, capsys, emitters):
     config = configured(tmp_path, emitters.port)

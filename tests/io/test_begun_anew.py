@@ -163,6 +163,46 @@ def test_signals_are_read_from_their_start_and_their_frames_counted_on(tmp_path,
     assert feed.counts["restarted"] == 1
 
 
+@pytest.mark.parametrize("name", ["a.wav", "a.iq"])
+@pytest.mark.parametrize("hop", [4, 10, 13])
+@pytest.mark.parametrize("known", [0, 3])
+def test_a_signal_is_gone_on_with_after_the_frame_that_was_known(tmp_path, name, hop, known):
+    """It was read again from its start."""
+    write, how, _ = KINDS[name]
+    path, samples, how = tmp_path / name, np.arange(100) * 100 + 7, how | {"hop_samples": hop}
+    write(path, samples)
+    whole = list(follow_signal(str(path), Feed(0.0), **how))
+    write(path, samples[: 10 + known * hop + 2])
+    place = list(follow_signal(str(path), Feed(0.0), after=whole[0].place._replace(number=0), **how))
+    place = ([whole[0], *place])[known].place
+    write(path, samples)
+    said = []
+    later = list(follow_signal(str(path), Feed(0.0, say=said.append), after=place, **how))
+    for one, same in zip(later, whole[known + 1 :], strict=True):
+        assert one.time_s == same.time_s
+        np.testing.assert_array_equal(one.samples, same.samples)
+    assert not said
+
+
+@pytest.mark.parametrize("name", ["a.wav", "a.iq"])
+@pytest.mark.parametrize("count", [20, 50])
+def test_a_signal_that_is_another_file_by_now_is_read_from_its_start_and_counted_on(tmp_path, name, count):
+    """As many frames of it as were known of the other were passed over without a word."""
+    write, how, scale = KINDS[name]
+    path, said, samples = tmp_path / name, [], np.arange(80) * 100 + 7
+    write(path, samples[:30])
+    *_, last = follow_signal(str(path), Feed(0.0), **how)
+    write(path, samples[30 : 30 + count])
+    feed = Feed(0.0, say=said.append)
+    found = list(follow_signal(str(path), feed, after=last.place, **how))
+    np.testing.assert_allclose(np.concatenate([one.samples for one in found]), scale * samples[30 : 30 + count])
+    interval_s = last.time_s / 2
+    np.testing.assert_allclose([one.time_s for one in found], interval_s * (3 + np.arange(count // 10)))
+    assert feed.counts == {"restarted": 1}
+    assert len(said) == 1
+    assert "was begun anew while nobody followed it; it is read from its start" in said[0]
+
+
 def test_a_sound_whose_header_tells_its_length_anew_goes_on(tmp_path):
     path, said, samples = tmp_path / "a.wav", [], np.arange(60)
     sound(path, samples[:30])

@@ -184,20 +184,26 @@ ROW = "0.5,1,confirmed,0.9,1,2,3,4,5,6,0"
         ("", "line 1: the columns are 'missing'; tracks have time_s,"),
         ("a,b\n", "line 1: the columns are 'a,b'; tracks have time_s,"),
         ("{head}\n0,1\n", "line 2: has 2 cells for 11 columns"),
-        ("{head}\n{row}\n" + ROW.replace("0.9", "high"), "line 3, column existence: 'high' is no number"),
+        ("{head}\n{row}\n" + ROW.replace("0.9", "high") + "\n", "line 3, column existence: 'high' is no number"),
         (
-            "{head}\n" + ROW.replace("confirmed", "sure"),
+            "{head}\n" + ROW.replace("confirmed", "sure") + "\n",
             "line 2: needs a finite time_s, .* candidate, confirmed, deleted",
         ),
-        ("{head}\n" + ROW.replace("0.5,1,", "0.5,-1,"), "line 2: needs a finite time_s"),
-        ("{head}\n" + ROW.replace("0.9", "1.9"), "has the existence 1.9"),
-        ('{head}\n"', "is not CSV"),
+        ("{head}\n" + ROW.replace("0.5,1,", "0.5,-1,") + "\n", "line 2: needs a finite time_s"),
+        ("{head}\n" + ROW.replace("0.9", "1.9") + "\n", "has the existence 1.9"),
+        ('{head}\n"\n', "is not CSV"),
     ],
 )
 def test_a_spoilt_table_is_refused_with_its_line(tmp_path, text, sentence):
     (tmp_path / "t.csv").write_text(text.format(head=HEAD.format(u="m"), row=ROW))
     with pytest.raises(DataError, match=sentence):
         read_tracks_csv(tmp_path / "t.csv")
+
+
+@pytest.mark.parametrize("cut", [1, 3, len(ROW) - 1, len(ROW)])
+def test_a_line_that_was_being_written_when_the_run_was_killed_is_left_out(tmp_path, cut):
+    (tmp_path / "t.csv").write_text(f"{HEAD.format(u='m')}\n{ROW}\n1{ROW[:cut]}")
+    assert read_tracks_csv(tmp_path / "t.csv").rows["time_s"].tolist() == [0.5]
 
 
 def test_what_cannot_be_written_is_said(tmp_path):

@@ -409,7 +409,6 @@ def test_a_particle_filter_follows_the_converted_measurement_kalman_filter():
             "false_alarm_patches.0.3: must be a finite number",
         ),
         ({"false_alarm_patches": ((20.0, 50.0, 0.0, 9.0, 1.0),)}, "beside false_alarms above zero"),
-        ({"false_alarm_lives": (5.0, 1.0)}, "false_alarm_lives: must be scans above zero and 6 numbers"),
         ({"min_range_m": 100.0, "max_range_m": 105.0}, "narrower than range_sd_m=10"),
         ({"from_bearing_deg": 90.0, "to_bearing_deg": 90.0}, "wider one"),
         ({"max_doppler_mps": 15.0}, "too narrow"),

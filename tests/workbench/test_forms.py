@@ -148,7 +148,7 @@ def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab:
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
     choose(page, "kind", "Bearings from a few places")
-    vertical = page.get_by_text("Power of the white vertical acceleration.").first
+    vertical = page.get_by_text("Power of the white vertical acceleration").first
     sigma = field(page, "sigma_deg")
     sigma.fill("0.5")
     marked = page.locator(".ew-set")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import multiprocessing
 import os
 import signal
@@ -88,13 +89,17 @@ def _pool(workers: int) -> Iterator[Executor]:
 
 
 def _follow(lifeline: Connection) -> None:
-    """Prepare a worker: interrupts are the parent's, who lets go of the lifeline to stop it, or has died."""
+    """Prepare a worker: interrupts are the parent's, who lets go of the lifeline to stop it, or has died.
+
+    Then what heeds SIGINT here gets one.
+    """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     def end() -> None:
         with suppress(OSError, EOFError):
             lifeline.poll(None)
         stopping.set()
+        _thread.interrupt_main()
         parent = multiprocessing.parent_process()
         if parent is not None:
             parent.join()

@@ -17,10 +17,10 @@ from rich.markup import escape
 
 import elusive
 from elusive.cli.lazy import lazy
-from elusive.cli.terminal import console, interrupt, interrupted
+from elusive.cli.terminal import console, interrupt, say
 from elusive.errors import ElusiveError
 
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 CHARTS = (".000", ".geojson", ".json", ".shp")
 COMMANDS = {
@@ -46,7 +46,6 @@ app = typer.Typer(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run a command; a fault of the input is one sentence and exit code 2, Ctrl-C is 130."""
-    interrupted.clear()
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         app(args=_spread(sys.argv[1:] if arguments is None else arguments), standalone_mode=True)
@@ -57,6 +56,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         told = f"{error}; make room on that disk." if isinstance(error, OSError) else str(error)
         console.print(f"[bold red]Error:[/] {escape(told)}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
+    except (KeyboardInterrupt, SystemExit) as ended:  # the former while a command is loaded, the latter while it runs
+        code = getattr(ended, "code", INTERRUPTED)
+        if code == INTERRUPTED and previous is not interrupt:  # else this command is a part of another's
+            say("Interrupted.")
+        sys.exit(code)
     finally:
         signal.signal(signal.SIGINT, previous)
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 import os
-import signal
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import closing, suppress
 from pathlib import Path
-from types import FrameType
 from typing import Annotated, Any
 
 import numpy as np
@@ -17,7 +15,7 @@ from rich.markup import escape
 
 from elusive.cli import serving
 from elusive.cli.seen import Seeing, Sites
-from elusive.cli.terminal import console, heed_interrupt, interrupted, say, tell_findings
+from elusive.cli.terminal import console, ended_softly, say, tell_findings
 from elusive.errors import ParameterError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.arrivals import Coming
@@ -206,13 +204,6 @@ def run_live(
     """
     seeing, lines = Seeing(sites), StandardOutput(tell)
 
-    def interrupt(signum: int, frame: FrameType | None) -> None:
-        """Let a first Ctrl-C end the source; a second does not wait for what is still to be written."""
-        if interrupted.is_set():
-            raise KeyboardInterrupt
-        interrupted.set()
-        coming.stop()
-
     def told(live: LiveStep) -> None:
         for remark in live.remarks:
             tell(remark)
@@ -236,13 +227,8 @@ def run_live(
         serving.now.begin(coming, sinks, seeing.first)
     if SHOWN in os.environ:
         lines.send(json_line(seeing.first).encode() + b"\n")
-    previous = signal.signal(signal.SIGINT, interrupt)
-    try:
-        heed_interrupt()  # pressed while all of this was made ready
+    with closing(sinks), ended_softly(coming.stop) as interrupted:
         end = run(told)
-    finally:
-        signal.signal(signal.SIGINT, previous)
-        sinks.close()
     for remark in end.remarks:
         tell(remark)
     written = [name for name in files if (out / name).exists()]

@@ -8,19 +8,22 @@ import glob
 import hashlib
 import io
 import json
+import multiprocessing
 import os
 import shutil
+import signal
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from importlib import import_module
 from itertools import islice
 from pathlib import Path
+from types import FrameType
 from typing import Any, NamedTuple
 
 import typer
 
-from elusive.cli.terminal import console, heed_interrupt, say
+from elusive.cli.terminal import console, interrupt, say
 from elusive.errors import DataError, ElusiveError, ParameterError
 from elusive.io._order import natural_key
 from elusive.io.atomic import atomic_path, existing_folder
@@ -66,7 +69,6 @@ def track_many(place: str, source: str, given: Mapping[str, Any], workers: int |
     failed: dict[str, str] = {}
     with make_executor(workers, scheduler) as executor:
         for count, (recording, sentence) in enumerate(_outcomes(executor, place, source, given, missing), done + 1):
-            heed_interrupt()
             if sentence and (out / recording.name).is_dir():  # of a killed run: a cluster goes on with what it was at
                 sentence = ""
             if sentence:
@@ -141,7 +143,6 @@ def _outcomes(
             if not pending:
                 return
             finished, _ = wait(pending, timeout=1.0, return_when=FIRST_COMPLETED)
-            heed_interrupt()
             for future in finished:
                 recording = pending.pop(future)
                 yield recording, _result(future)
@@ -169,7 +170,7 @@ def track_one(place: str, given: Mapping[str, Any]) -> str:
     module, _, name = place.partition(":")
     command = getattr(import_module(module), name)
     said = io.StringIO()
-    with _alone, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+    with _stopped_with_its_pool(), _alone, contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         if Path(given["out"]).is_dir():  # by now: a cluster goes on with what a killed run gave it
             return ""
         try:
@@ -179,6 +180,27 @@ def track_one(place: str, given: Mapping[str, Any]) -> str:
         except typer.Exit:  # what is not to be believed, with --strict, stands in the table
             return ""
     return ""
+
+
+@contextlib.contextmanager
+def _stopped_with_its_pool() -> Iterator[None]:
+    """Let go of a recording when the pool is closed; a Ctrl-C is for who has the pool."""
+    if multiprocessing.parent_process() is None or threading.current_thread() is not threading.main_thread():
+        yield  # no pool's: this process itself, or a cluster's
+        return
+    from elusive.campaign.trials import stopping  # loaded by then
+
+    def press(signum: int, frame: FrameType | None) -> None:
+        if stopping.is_set():
+            interrupt(signum, frame)
+
+    previous = signal.signal(signal.SIGINT, press)
+    try:
+        if stopping.is_set():
+            raise KeyboardInterrupt
+        yield
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
 
 def _row(out: Path, recording: Recording, sentence: str | None) -> tuple[Any, ...]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import threading
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from elusive.cli.live import tell
-from elusive.cli.terminal import interrupted, say
+from elusive.cli.terminal import ended_softly, say
 from elusive.io.replay import replay
 
 
@@ -23,6 +24,8 @@ def replay_command(
     speed: Annotated[float, typer.Option("--speed", help="How many times faster than it was recorded.")] = 1.0,
 ) -> None:
     """Play a recording over the network, to try what is to follow it live."""
-    sent = replay(source, to, speed, tell, interrupted)
+    over = threading.Event()
+    with ended_softly(over.set):
+        sent = replay(source, to, speed, tell, over)
     lost = f", {sent.lost} lost" * bool(sent.lost)
     say(f"{sent.messages} messages in {sent.seconds:.1f} s{lost}.")

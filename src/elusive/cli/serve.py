@@ -16,14 +16,14 @@ from pydantic import Field
 from elusive.cli import serving
 from elusive.cli.health import health_page
 from elusive.cli.terminal import say
-from elusive.errors import ParameterError
-from elusive.io.atomic import existing_folder
+from elusive.errors import DataError, ParameterError
+from elusive.io.atomic import atomic_path, existing_folder, refused
 from elusive.io.sources.address import LOOPBACK
 from elusive.model import Model
 from elusive.systems.registry import SYSTEMS
 
 RUN = "run-{:04d}"
-TOKEN = "token"  # file of the folder
+TOKEN, TOKEN_LETTERS = "token", 16  # file of the folder; at least
 
 
 class Health(Model):
@@ -31,7 +31,9 @@ class Health(Model):
 
     host: str = Field(LOOPBACK, description="Address to listen at; loopback, unless it is to be seen from elsewhere")
     port: int = Field(0, ge=0, le=65535, description="Port; 0: any that is free")
-    token: str | None = Field(None, min_length=16, description="What is asked for; none: made, and kept in the folder")
+    token: str | None = Field(
+        None, min_length=TOKEN_LETTERS, description="What is asked for; none: made, and kept in the folder"
+    )
 
 
 class ServeConfig(Model):
@@ -72,7 +74,8 @@ def serve_command(
     served = serving.Served(f"elusive {wanted.system}: {Path(config).stem}", folder / "checkpoint", what)
     with closing(served):
         parameters = folder / "parameters.yaml"
-        parameters.write_text(yaml.safe_dump(wanted.parameters), encoding="utf-8")
+        with refused(parameters):
+            parameters.write_text(yaml.safe_dump(wanted.parameters), encoding="utf-8")
         token = wanted.health.token or _token(folder / TOKEN)
         with health_page(wanted.health.host, wanted.health.port, token, served.health, served.watched) as port:
             where = f"http://{wanted.health.host}:{port}/"
@@ -86,11 +89,23 @@ def serve_command(
 
 
 def _token(path: Path) -> str:
-    """Return the folder's token, made at the first start; nobody else can read it."""
+    """Return the folder's token, made at the first start; nobody else can read it.
+
+    Raises
+    ------
+    DataError
+        If it is none, or cannot be kept.
+    """
     if not path.exists():
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        with (
+            atomic_path(path) as made,
+            os.fdopen(os.open(made, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file,
+        ):
             file.write(secrets.token_urlsafe(24))
-    return path.read_text(encoding="utf-8").strip()
+    token = path.read_text(encoding="utf-8").strip()
+    if len(token) < TOKEN_LETTERS:
+        raise DataError(f"{path}: has fewer than {TOKEN_LETTERS} letters; remove it, and another is made.")
+    return token
 
 
 def _next_run(folder: Path) -> Path:

@@ -68,7 +68,7 @@ def track_signals_command(
             raise ParameterError("--start and --stop: have no meaning for what is still to come; leave them out.")
         source = follow_signal(
             recording, feed, frame_samples=frame_samples, hop_samples=hop_samples, channel=channel, rate_hz=rate_hz,
-            raw=raw,
+            raw=raw, after=memory_of_run().place,
         )  # fmt: skip
         _live(source, fed(source, feed), parameters, out, sinks, starts_anew=recording == STANDARD_INPUT)
         return

@@ -1,8 +1,10 @@
-"""What commands share: options, the console, progress that heeds Ctrl-C, tables."""
+"""What commands share: options, the console, Ctrl-C, progress, tables."""
 
 from __future__ import annotations
 
+import _thread
 import os
+import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -35,9 +37,10 @@ Workers = Annotated[int | None, typer.Option("--workers", min=1, help="Processes
 Scheduler = Annotated[str | None, typer.Option("--scheduler", help="Address of a Dask scheduler, tcp://host:8786.")]
 
 NOT_BELIEVED = 3  # exit code of --strict
+WHOLE = ("numba", "llvmlite", "elusive.io.atomic")  # where nothing may be raised: compilers, and who renames files
+AGAIN_S = 0.05
 
 console = Console(stderr=True)
-interrupted = threading.Event()
 
 
 def say(sentence: str) -> None:
@@ -46,17 +49,33 @@ def say(sentence: str) -> None:
 
 
 def interrupt(signum: int, frame: FrameType | None) -> None:
-    """Note a first Ctrl-C for the next frame or trial to heed: amid a compilation it would end as a traceback."""
-    if interrupted.is_set():
-        raise KeyboardInterrupt
-    interrupted.set()
+    """End the command at a Ctrl-C; one amid what has to be whole comes again once that is over."""
+    while frame is not None:
+        if frame.f_globals.get("__name__", "").startswith(WHOLE):
+            again = threading.Timer(AGAIN_S, _thread.interrupt_main)
+            again.daemon = True
+            again.start()
+            return
+        frame = frame.f_back
+    raise KeyboardInterrupt
 
 
-def heed_interrupt() -> None:
-    """Stop here if Ctrl-C has been pressed."""
-    if interrupted.is_set():
-        say("Interrupted.")
-        raise KeyboardInterrupt
+@contextmanager
+def ended_softly(stop: Callable[[], None]) -> Iterator[threading.Event]:
+    """Let a first Ctrl-C stop what runs, which ends by itself then; a second does not wait. Gives whether it was."""
+    pressed = threading.Event()
+
+    def press(signum: int, frame: FrameType | None) -> None:
+        if pressed.is_set():
+            interrupt(signum, frame)
+        pressed.set()
+        stop()
+
+    previous = signal.signal(signal.SIGINT, press)
+    try:
+        yield pressed
+    finally:
+        signal.signal(signal.SIGINT, previous)
 
 
 @contextmanager
@@ -70,7 +89,6 @@ def bar(what: str, total: int | None) -> Iterator[Callable[[int], None]]:
         task = progress.add_task(what, total=total)
 
         def advance(done: int) -> None:
-            heed_interrupt()
             progress.update(task, completed=done)
             if PROGRESS in os.environ:
                 print(f"{PROGRESS} {done} {total or 0} {what}", file=sys.stderr, flush=True)
@@ -91,7 +109,6 @@ def campaign_bar() -> Iterator[Callable[[CampaignProgress], None]]:
         task = progress.add_task("", total=None)
 
         def report(state: CampaignProgress) -> None:
-            heed_interrupt()
             left = "" if state.remaining_s is None else f"{state.remaining_s:.0f} s left"
             progress.update(task, completed=state.done, total=state.total, description=left)
 

@@ -19,14 +19,29 @@ from elusive.io._wav import ADVICE, Wav, open_wav
 SAVE_AGAIN = "save it again with numpy.save, as numbers, without pickled objects."
 
 
+class FilePlace(NamedTuple):
+    """How far a file has been read, and what tells it from another of its name."""
+
+    at: int  # octets from its start
+    last: bytes  # those read last
+
+
+class Piece(NamedTuple):
+    """A frame as a file holds it."""
+
+    time_s: float | None  # None: by its number
+    samples: Any
+    place: FilePlace | None = None  # of a file that grows, where one can be gone on from there
+
+
 class Reading(NamedTuple):
-    """A recording as a file holds it: ``read(start, stop)`` yields time and raw samples of each frame."""
+    """A recording as a file holds it: ``read(start, stop)`` yields its frames."""
 
     samples: int
     length: int | None
     rate_hz: float | None
     timed: bool
-    read: Callable[[int, int | None], Iterator[tuple[float | None, Any]]]
+    read: Callable[[int, int | None], Iterator[Piece]]
 
 
 class Cut(NamedTuple):
@@ -56,14 +71,14 @@ def open_array(path: Path, cut: Cut) -> tuple[Reading, bool]:
     is_long = array.ndim == 1
     length = cut.frames_in(len(array), str(path)) if is_long else len(array)
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[Piece]:
         with decoding(str(path), SAVE_AGAIN):
             array = np.lib.format.open_memmap(path, mode="r")
         for k in range(start, length if stop is None else stop):
             where = f"{path}, frame {k}"
             with decoding(where, SAVE_AGAIN):
                 raw = array[k * cut.hop : k * cut.hop + cut.size] if is_long else array[k]
-            yield None, raw
+            yield Piece(None, raw)
 
     return Reading(cut.size if is_long else array.shape[1], length, None, False, read), is_long
 
@@ -87,13 +102,13 @@ def open_recording(path: Path, cut: Cut, channel: int | None) -> Reading:
     channel = channel_of(wav, channel, str(path))
     length = cut.frames_in(wav.length, str(path))
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[Piece]:
         with decoding(str(path), ADVICE), path.open("rb") as file:
             for k in range(start, length if stop is None else stop):
                 where = f"{path}, frame {k}"
                 with decoding(where, ADVICE):
                     raw = wav.read(file, k * cut.hop, cut.size, channel)
-                yield None, raw
+                yield Piece(None, raw)
 
     return Reading(cut.size, length, wav.rate_hz / cut.hop, False, read)
 
@@ -102,11 +117,11 @@ def open_raw(path: Path, cut: Cut, raw: Raw) -> Reading:
     """Read samples without a header, a frame at a time."""
     length = cut.frames_in(path.stat().st_size // raw.block, str(path))
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[Piece]:
         with path.open("rb") as file:
             for k in range(start, length if stop is None else stop):
                 file.seek(k * cut.hop * raw.block)
-                yield None, raw.decoded(file.read(cut.size * raw.block))
+                yield Piece(None, raw.decoded(file.read(cut.size * raw.block)))
 
     return Reading(cut.size, length, None, False, read)
 
@@ -120,17 +135,17 @@ def read_table(table: Table, cut: Cut, name: str) -> tuple[Reading, bool]:
     """Read the lines of a table; say too whether it is one long recording."""
     is_long = table.columns == 1
 
-    def rows(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def rows(start: int, stop: int | None) -> Iterator[Piece]:
         with closing(table.lines()) as lines:
             for _, time_s, values in islice(lines, start, stop):
-                yield time_s, values
+                yield Piece(time_s, values)
 
-    def pieces(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def pieces(start: int, stop: int | None) -> Iterator[Piece]:
         with closing(table.lines()) as lines:
             rest, k = islice(lines, start * cut.hop, None), start
             block = list(islice(rest, cut.size))
             while len(block) == cut.size and (stop is None or k < stop):
-                yield block[0][1], np.array([values[0] for _, _, values in block])
+                yield Piece(block[0][1], np.array([values[0] for _, _, values in block]))
                 beyond = max(cut.hop - cut.size, 0)
                 next(islice(rest, beyond, beyond), None)
                 block, k = [*block[cut.hop :], *islice(rest, min(cut.hop, cut.size))], k + 1

@@ -76,14 +76,15 @@ def read_lines(path: str | os.PathLike[str]) -> list[str]:
 
 
 def records_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number of each line and its cells, the header's too.
+    """Yield the number of each whole line and its cells, the header's too; one without its end was being written.
 
     Raises
     ------
     DataError
         If the file is no CSV; the sentence gives the line.
     """
-    reader = csv.reader(read_lines(path), strict=True)
+    lines = read_lines(path)
+    reader = csv.reader(lines if not lines or lines[-1].endswith("\n") else lines[:-1], strict=True)
     try:
         for cells in reader:
             yield reader.line_num, cells

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._opened import existing_file
 from elusive.io._raw_samples import Raw, RawForm
-from elusive.io._signal_readings import Cut, Reading, open_array, open_raw, open_recording, open_text
+from elusive.io._signal_readings import Cut, FilePlace, Piece, Reading, open_array, open_raw, open_recording, open_text
 from elusive.io._stack import MAX_PIXELS
 
 TEXT = (".csv", ".tsv", ".txt")
@@ -23,11 +23,19 @@ SUPPORTED = (".npy", ".wav", *TEXT)
 FRAME_SAMPLES = 1200  # of a long recording, where nothing else is asked for
 
 
+class SignalPlace(NamedTuple):
+    """Where a frame of a file that grows stands."""
+
+    number: int  # of the frame, from 0
+    file: FilePlace
+
+
 class SignalFrame(NamedTuple):
     """One frame of a signal."""
 
     time_s: float  # of its first sample; the frame's number where the recording has no clock
     samples: Array  # (n,) real or complex; NaN where missing
+    place: SignalPlace | None = None  # where a run can go on from there
 
 
 @dataclass(frozen=True)
@@ -49,12 +57,14 @@ class SignalSource:
     """Whether times are seconds: from the rate, or from a column of the file."""
     start: int
     """Number in the file, from 0, of the first frame yielded."""
-    _read: Callable[[int, int | None], Iterator[tuple[float | None, Any]]] = field(repr=False)
+    _read: Callable[[int, int | None], Iterator[Piece]] = field(repr=False)
     _stop: int | None = field(repr=False)
     whole: bool = True
     """Whether iterating ends where the file does."""
     hop: int | None = None
     """Samples from the start of a frame to the next, of a long recording."""
+    goes_on: bool = False
+    """Whether frames of an earlier run come before the first."""
 
     def __iter__(self) -> Iterator[SignalFrame]:
         """Yield the frames.
@@ -66,13 +76,14 @@ class SignalSource:
         """
         number = self.start
         with closing(self._read(self.start, self._stop)) as frames:  # type: ignore[type-var]
-            for time_s, raw in frames:
+            for time_s, raw, place in frames:
                 if time_s is None:
                     time_s = float(number) if self.rate_hz is None else number / self.rate_hz
                 kind = complex if np.iscomplexobj(raw) else float
-                yield SignalFrame(time_s, np.array(raw, dtype=kind))
+                yield SignalFrame(time_s, np.array(raw, dtype=kind), place and SignalPlace(number, place))
                 number += 1
-        _enough(number - self.start, self.name)
+        if not self.goes_on:
+            _enough(number - self.start, self.name)
 
 
 def open_signal(

@@ -13,6 +13,7 @@ from elusive.motion.linear import (
     square_root,
     transition,
 )
+from elusive.motion.manoeuvring import ManoeuvringVelocity
 
 __all__ = [
     "ConstantAcceleration",
@@ -21,6 +22,7 @@ __all__ = [
     "CoordinatedTurn",
     "KinematicMotion",
     "LinearMotion",
+    "ManoeuvringVelocity",
     "MovingOrAnchored",
     "WithCoastError",
     "WithIntensity",

@@ -234,6 +234,8 @@ def write_tracks_csv(path: str | os.PathLike[str], log: TrackLog) -> None:
 def read_tracks_csv(path: str | os.PathLike[str]) -> TrackLog:
     """Read a table of tracks, of any of the units; times without a track are not in it.
 
+    A last line without its end is left out: of a run that was killed, or is being written now.
+
     Raises
     ------
     DataError

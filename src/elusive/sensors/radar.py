@@ -27,7 +27,6 @@ from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.false_alarms import FalseAlarms
 from elusive.sensors.radar_scans import TURN_RAD, RadarPlot, RadarScan, scan_of
 from elusive.sensors.radar_view import RadarView, check_finite, seen_from, wrapped
-from elusive.sensors.range_bands import BANDS
 
 FAINTEST = -600.0  # log density of a plot that may lie anywhere, without bounds
 
@@ -60,12 +59,6 @@ class RadarSensor(RadarView):
         "bearing clockwise [deg], and how many a scan has",
         json_schema_extra=FROM_RECORDING,
     )
-    false_alarm_lives: tuple[NonNegative, ...] = Field(
-        (),
-        description="Those that are tracked, as groups of waves are: scans that they last, and how many come to a "
-        "ship, in six bands of range",
-        json_schema_extra=FROM_RECORDING,
-    )
     doppler_probability: Probability = Field(1.0, description="Simulation: probability that a plot has a Doppler")
     max_doppler_mps: Positive | None = Field(
         None,
@@ -82,9 +75,6 @@ class RadarSensor(RadarView):
                     f"false_alarm_patches.{place}: a patch is a nearest range, a greater furthest one, two bearings "
                     "and a number above zero, beside false_alarms above zero."
                 )
-        lives = self.false_alarm_lives or ()
-        if lives and (len(lives) != BANDS + 1 or not lives[0]):
-            raise ParameterError(f"false_alarm_lives: must be scans above zero and {BANDS} numbers, or nothing.")
         if self.max_doppler_mps is not None and self.max_doppler_mps < 2 * math.pi * self.doppler_sd_mps:
             raise ParameterError(
                 f"max_doppler_mps: {self.max_doppler_mps:g} m/s is less than 2 pi doppler_sd_mps, too narrow to tell a "

@@ -52,6 +52,14 @@ class ManyScans(Protocol):
         """Yield its scans, in each of which a target is detected once at most; they are taken one after the other."""
 
 
+@runtime_checkable
+class Trails(Protocol):
+    """What targets leave behind them: clutter by where they are."""
+
+    def log_trailing(self, targets: Sequence[Expected], measurement: Any) -> Array:
+        """Log intensity of such clutter at each detection, ``(m,)``."""
+
+
 class _Scanned(NamedTuple):
     """What a scan makes of the targets."""
 
@@ -111,6 +119,9 @@ class DetectionTracker(DetectionRules):
     )
     backdrop: Annotated[SerializeAsAny[Backdrop] | None, or_own(Backdrop)] = Field(
         None, description="What else is detected, by place", json_schema_extra=FROM_RECORDING
+    )
+    trails: Annotated[SerializeAsAny[Trails] | None, or_own(Trails)] = Field(
+        None, description="What is detected behind targets", json_schema_extra=FROM_RECORDING
     )
     particles: int = Field(2000, ge=10, description="Number of particles of each target, N")
     further_sd: dict[str, float] = Field(
@@ -188,6 +199,8 @@ class DetectionTracker(DetectionRules):
     ) -> _Scanned:  # fmt: skip
         """Take a scan in."""
         log_clutter, fixed = self.sensor.log_clutter(measurement), None
+        if self.trails is not None:
+            log_clutter = np.logaddexp(log_clutter, self.trails.log_trailing(alive, measurement))
         if self.backdrop is not None:
             held = [*(one.target.echo for one in alive), *echoes]
             fixed = EchoScan.of(self.backdrop, self.sensor, measurement, held, self.gate)

@@ -24,7 +24,7 @@ SITES = SensorSites(("sw", "se", "ne", "nw"), np.array(PLACES))
 WITHIN_M = 450.0  # emitters begin within, and stay within 1.3 times, of each axis
 FROM = 10  # times, after which emitters are to be known
 CUTOFF_M = 30.0
-FOUND_OUT = BearingTracking(emitters={"kind": "several"}, motion={"kind": "cv", "q": 0.5})  # how well they are heard
+FOUND_OUT = BearingTracking(emitters={"kind": "several"})  # how well they are heard, and how they move
 
 
 class Found(NamedTuple):

@@ -46,19 +46,22 @@ def off_and_spread(steps, states):
 def test_the_flight_is_tracked(name, motion):
     kind = {"kind": motion} | ({"turn_rate_deg": 1.0} if motion == "ct" else {})
     parameters = BearingTracking(filter={"kind": name}, motion=kind, sigma_deg=0.5)
-    steps = list(track(heard(), parameters, SITES))
     times, states = path()
-    assert [step.time_s for step in steps] == times.tolist()
-    off, spread = off_and_spread(steps, states)
-    # a turn rate has to show itself first: a filter that knows of turns starts some seconds later
-    assert len(off) >= (0.8 if motion in ("ctrv", "imm") else 0.9) * STEPS
-    # a track's errors hang together, so that a single run says little; the factor graph's deviations are too small
-    square = (off**2).sum(axis=1).mean()
-    assert square < (10 if name.startswith("fg") else 2.5) * np.trace(spread, axis1=1, axis2=2).mean()
-    assert np.hypot(*off.T).mean() < 3
-    shown = [step.tracks[0] for step in steps if step.tracks]
-    assert {found.track for found in shown} == {1}
-    assert np.isnan([found.existence for found in shown]).all()  # it is known to be there: no posterior is computed
+    squares, claimed = [], []
+    for seed in range(3):
+        steps = list(track(heard(seed), parameters, SITES))
+        assert [step.time_s for step in steps] == times.tolist()
+        off, spread = off_and_spread(steps, states)
+        # a turn rate has to show itself first: a filter that knows of turns starts some seconds later
+        assert len(off) >= (0.8 if motion in ("ctrv", "imm") else 0.9) * STEPS
+        squares.append((off**2).sum(axis=1).mean())
+        claimed.append(np.trace(spread, axis1=1, axis2=2).mean())
+        assert np.hypot(*off.T).mean() < 3
+        shown = [step.tracks[0] for step in steps if step.tracks]
+        assert {found.track for found in shown} == {1}
+        assert np.isnan([found.existence for found in shown]).all()  # it is known to be there: no posterior is computed
+    # a track's errors hang together, so that three runs say little; the factor graph's deviations are too small
+    assert np.mean(squares) < (10 if name.startswith("fg") else 2.5) * np.mean(claimed)
 
 
 @pytest.mark.parametrize("name", ["map", "rts", "fixed-lag", "iekf", "ekf"])
@@ -85,7 +88,7 @@ def test_uneven_times_are_tracked_within_what_is_claimed(name):
 
 @pytest.mark.parametrize("name", ["iekf", "ekf", "fg-ekf", "fg-eks"])
 def test_live_and_a_recording_are_the_same_loop(name):
-    parameters = BearingTracking(filter={"kind": name}, sigma_deg=0.5)
+    parameters = BearingTracking(filter={"kind": name}, motion={"kind": "cv", "q": 1.0}, sigma_deg=0.5)
     whole = list(track(heard(), parameters, SITES))
     taken = []
 

@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 from elusive.errors import ParameterError
-from elusive.sensors import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.sensors.range_bands import BANDS
 from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.lives import ERRORS, as_lived, gone_on, lasting_finding, short_lives
 from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
-from elusive.systems.radar.simulate import RadarSimulation
 from elusive.systems.radar.survey import righted
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
@@ -53,17 +52,17 @@ def test_of_ships_alone_and_of_a_few_lost_ones_nothing_is_told(seed):
 
 def test_existence_is_the_share_of_ships_among_those_that_lived_as_long():
     rng, mean, ratio = np.random.default_rng(3), 6.0, 8.0
-    sensor = RadarSensor(max_range_m=6000.0, false_alarms=1.0, false_alarm_lives=(mean, ratio, 0, 0, 0, 0, 0))
+    lives = mean, ratio, 0, 0, 0, 0, 0
     life = np.where(rng.random(40_000) < 1 / (1 + ratio), np.inf, rng.exponential(mean, 40_000))
     for age in (0, 6, 12, 24):
         there = life[life >= age]
         share, error = np.mean(there == np.inf), np.sqrt(0.25 / len(there))
         track = Track(3, "confirmed", 1.0, np.zeros(4), np.eye(4))
-        near, far = as_lived((track, track._replace(track=4)), {3: (age, 0), 4: (age, 5)}, sensor)
+        near, far = as_lived((track, track._replace(track=4)), {3: (age, 0), 4: (age, 5)}, lives)
         assert abs(near.existence - share) < 4 * error
         assert near.status == ("confirmed" if near.existence > 0.9 else "candidate")
         assert (far.existence, far.status) == (1.0, "confirmed")
-    assert "live 6 scans on the mean are as many as 8 to one" in lasting_finding(sensor.false_alarm_lives).sentence
+    assert "live 6 scans on the mean are as many as 8 to one" in lasting_finding(lives).sentence
 
 
 def test_a_ship_that_is_begun_anew_lives_on_and_groups_of_waves_do_not():
@@ -82,12 +81,10 @@ def test_a_ship_that_is_begun_anew_lives_on_and_groups_of_waves_do_not():
     assert np.mean(found) < 0.1
 
 
-def test_lives_are_of_a_tracker_and_whole():
-    with pytest.raises(ParameterError, match="leave it out"):
-        RadarSimulation(radar=RadarSensor(false_alarm_lives=(3.0, *[1.0] * BANDS)))
+def test_lives_are_whole():
     for lives in ((3.0, 1.0), (0.0, *[1.0] * BANDS)):
         with pytest.raises(ParameterError, match="scans above zero"):
-            RadarSensor(false_alarm_lives=lives)
+            RecordedRadar(false_alarm_lives=lives)
 
 
 def wave_groups(rng, scans):

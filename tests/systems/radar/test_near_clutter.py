@@ -22,7 +22,8 @@ from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.fit import fit_radar
 from elusive.systems.radar.learnt import LOOK, MEMORY
 from elusive.systems.radar.live import follow_radar
-from elusive.systems.radar.parameters import ROOM, RadarTracking
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.recorded import ROOM
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import survey
 from elusive.tracking.memory import Memory

@@ -19,7 +19,8 @@ from elusive.io.routes import Route
 from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarPlot, scan_of
-from elusive.systems.radar.parameters import RadarTracking, RecordedRadar
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.run import track_radar_recording
 from elusive.systems.radar.simulate import RadarSimulation, simulate_radar, voyage
 from elusive.systems.radar.summary import bias_row, contradicts

@@ -12,7 +12,7 @@ from elusive.cli.given import accepts, parameters_of
 from elusive.cli.terminal import Config, Out, bar, say, show
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import read_route
-from elusive.systems.radar.parameters import RecordedRadar
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.scene import RadarScene
 from elusive.systems.radar.scene_run import HEADER, track_radar_scene
 from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation, simulate_radar

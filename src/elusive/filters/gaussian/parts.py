@@ -15,6 +15,7 @@ from elusive.motion import (
     ConstantTurnRateVelocity,
     ConstantVelocity,
     CoordinatedTurn,
+    ManoeuvringVelocity,
     MovingOrAnchored,
 )
 from elusive.motion.altitude import WithAltitude
@@ -30,6 +31,7 @@ BuiltInMotion = (
     | ConstantTurnRateVelocity
     | WithAltitude
     | MovingOrAnchored
+    | ManoeuvringVelocity
 )
 BuiltInSensor = BearingSensors | ArrivalTimeSensors | HybridSensors | LinearSensor
 PLACE_SENSORS = (BearingSensors, ArrivalTimeSensors, HybridSensors)

@@ -17,7 +17,7 @@ from elusive.errors import DataError
 from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.choices import Cruise, Interacting, SeveralEmitters
+from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.faults import LEAST_TIMES, evidence_of, fault_of, path_of, tried_with
 from elusive.systems.bearings.fitting import better, fits, tracked
 from elusive.systems.bearings.leftovers import Scale
@@ -192,10 +192,9 @@ def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: Sensor
 
 def several_explain(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> bool:
     """Say whether two tracks or more at a time explain the bearings."""
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
     # an emitter may be heard at some of the times alone
     several = SeveralEmitters(detection_probability=HEARD_AT_TIMES, false_bearings=FALSE_AT_TIMES)
-    asked = parameters.replace(motion=motion, emitters=several)
+    asked = parameters.replace(motion=parameters.plain_motion, emitters=several)
     places, sigma = sites.positions_m[:, :2], math.radians(parameters.sigma_deg)
     together, near, count, times = 0, 0, 0, 0
     for step in track_several(heard, asked, sites):  # type: ignore[arg-type]

@@ -36,19 +36,26 @@ def _as_in(model: type[Model], name: str) -> Any:
 class Cruise(ConstantVelocity):
     """An emitter of nearly constant velocity."""
 
-    q: Positive = Field(1.0, description="Power of the white acceleration [m^2 / s^3]")
+    usual_q: ClassVar[float] = 1.0
+    q: Positive | None = Field(  # type: ignore[assignment]
+        None, description="Power of the white acceleration [m^2 / s^3]; none: found"
+    )
 
 
 class Manoeuvre(ConstantAcceleration):
     """An emitter of nearly constant acceleration."""
 
-    q: Positive = Field(0.1, description="Power of the white jerk [m^2 / s^5]")
+    usual_q: ClassVar[float] = 0.1
+    q: Positive | None = Field(None, description="Power of the white jerk [m^2 / s^5]; none: found")  # type: ignore[assignment]
 
 
 class KnownTurn(CoordinatedTurn):
     """An emitter that turns at a known rate."""
 
-    q: Positive = Field(1.0, description="Power of the white acceleration [m^2 / s^3]")
+    usual_q: ClassVar[float] = 1.0
+    q: Positive | None = Field(  # type: ignore[assignment]
+        None, description="Power of the white acceleration [m^2 / s^3]; none: found"
+    )
 
 
 class Turn(ConstantTurnRateVelocity):
@@ -68,6 +75,8 @@ class Interacting(Model):
     stay_s: Positive = _as_in(InteractingFilter, "stay_s")
 
 
+Powered = Cruise | Manoeuvre | KnownTurn  # motions of one power, which a recording tells
+PlainMotion = Powered | Turn
 EmitterMotion = Annotated[Cruise | Manoeuvre | KnownTurn | Turn | Interacting, Field(discriminator="kind")]
 
 
@@ -183,7 +192,10 @@ class UseElevations(Model):
     """The track has heights where the bearings have elevations."""
 
     kind: Literal["use"] = "use"
-    q_vertical: Positive = Field(0.5, description="Power of the white vertical acceleration [m^2 / s^3]")
+    usual_q: ClassVar[float] = 0.5
+    q_vertical: Positive | None = Field(
+        None, description="Power of the white vertical acceleration [m^2 / s^3]; none: found"
+    )
 
 
 class IgnoreElevations(Model):

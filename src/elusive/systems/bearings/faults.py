@@ -22,7 +22,7 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter, Turn
+from elusive.systems.bearings.choices import Estimation, OneEmitter, Powered
 from elusive.systems.bearings.heard import have_elevations, sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -61,8 +61,7 @@ class _Explained(NamedTuple):
 
 def tried_with(parameters: BearingTracking) -> BearingTracking | None:
     """Return what a path is estimated with to try an error of a sensor; None: a bias is estimated already."""
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
-    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+    asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter()).by("map")
     return asked if isinstance(asked.filter, Estimation) and asked.filter.bias is None else None
 
 
@@ -123,11 +122,12 @@ def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSit
 def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
     """Check that the emitter moves as it may, by the evidence of its path where it may manoeuvre more."""
     heard = [step.measurement for step in steps[:LONGEST]]
-    motion = parameters.motion
+    motion = parameters.plain_motion
     gain = moved = 0.0
-    if len(heard) >= LEAST_TIMES and not isinstance(motion, Interacting | Turn):
-        asked = parameters.replace(emitters=OneEmitter()).by("map")
-        freer = asked.replace(motion=motion.replace(q=FREER * motion.q))
+    tried = FREER * (motion.q or 0.0) if isinstance(motion, Powered) else math.nan
+    if len(heard) >= LEAST_TIMES and isinstance(parameters.motion, Powered):
+        asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+        freer = asked.replace(motion=motion.replace(q=tried))
         base, other = path_of(heard, asked, sites), path_of(heard, freer, sites)
         if base is not None and other is not None:
             gain, moved = evidence_of(other) - evidence_of(base), apart_by(base, other)
@@ -135,7 +135,7 @@ def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
         "bearings.motion", gain <= MANOEUVRES or moved <= HARDLY, 0.0, gain,
         f"{said}The emitter turns harder than the motion allows: with {FREER:g} times the --q the bearings' log "
         f"evidence rises by {gain:.0f}, and the path moves by {moved:.1f} of its deviations. Corners are cut, and the "
-        "ellipses there too small.", f"Tell --q {FREER * getattr(motion, 'q', math.nan):.3g} or more; "
+        "ellipses there too small.", f"Tell --q {tried:.3g} or more; "
         "elusive fit bearings finds it.",
     )  # fmt: skip
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from elusive.errors import ElusiveError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.choices import Cruise, Estimation, Interacting, OneEmitter
+from elusive.systems.bearings.choices import Estimation, OneEmitter
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track
@@ -30,8 +30,7 @@ def tracked(
     heard: Sequence[object], parameters: BearingTracking, sites: SensorSites
 ) -> tuple[list[Step], Scale | None]:
     """Return the path and the size of its residuals; nothing where there is none."""
-    motion = Cruise() if isinstance(parameters.motion, Interacting) else parameters.motion
-    asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+    asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter()).by("map")
     assert isinstance(asked.filter, Estimation)
     try:
         steps = list(track(heard, asked, sites))  # type: ignore[arg-type]

@@ -42,6 +42,8 @@ from elusive.systems.bearings.choices import (
     Interacting,
     OneEmitter,
     PlainKalman,
+    PlainMotion,
+    Powered,
     SeveralEmitters,
     UseElevations,
 )
@@ -157,11 +159,22 @@ class BearingTracking(Model):
             return FactorGraphFilter(sensor=sensor, accelerates=accelerates, smooth=smooth, **settings)
         if not isinstance(self.motion, Interacting):
             return flt.made(motion=self.over_ground(self.motion, solid=solid), sensor=sensor, **settings)
-        motions = [self.motion.cv, self.motion.ca, *([] if solid else [self.motion.ctrv])]
+        motions: list[PlainMotion] = [self.motion.cv, self.motion.ca, *([] if solid else [self.motion.ctrv])]
         return InteractingFilter(
             motions=tuple(self.over_ground(motion, solid=solid) for motion in motions), stay_s=self.motion.stay_s,
             sensor=sensor, **settings,
         )  # fmt: skip
+
+    @property
+    def plain_motion(self) -> PlainMotion:
+        """The motion, of several the plainest; a power that is not given is the usual one."""
+        return _powered(self.motion.cv if isinstance(self.motion, Interacting) else self.motion)
+
+    @property
+    def moves(self) -> str:
+        """Name the motion, with its power where there is one."""
+        q = self.motion.q if isinstance(self.motion, Powered) else None
+        return self.motion.kind if q is None else f"{self.motion.kind} with q {q:g}"
 
     @property
     def _solid(self) -> bool:
@@ -180,9 +193,17 @@ class BearingTracking(Model):
         arrivals = ArrivalTimeSensors(**shared, **dict(self.arrivals))
         return arrivals if heard is ArrivalSet else HybridSensors(bearings=bearings, arrivals=arrivals)
 
-    def over_ground(self, motion: Model, *, solid: bool) -> BuiltInMotion:
-        """Return the motion itself, of the class with rates of its own; with heights where there are some."""
-        own: Any = type(motion).__bases__[0](**dict(motion))
+    def over_ground(self, motion: PlainMotion, *, solid: bool) -> BuiltInMotion:
+        """Return the motion itself, of the class with rates of its own; with heights where there are some.
+
+        A power that is not given is the usual one.
+        """
+        own: Any = type(motion).__bases__[0](**dict(_powered(motion)))
         if solid and isinstance(self.elevations, UseElevations):
-            return WithAltitude(motion=own, q_vertical=self.elevations.q_vertical)
+            return WithAltitude(motion=own, q_vertical=self.elevations.q_vertical or self.elevations.usual_q)
         return own  # type: ignore[no-any-return]
+
+
+def _powered(motion: PlainMotion) -> PlainMotion:
+    """Give a motion the usual power where it has none."""
+    return motion.replace(q=motion.usual_q) if isinstance(motion, Powered) and motion.q is None else motion

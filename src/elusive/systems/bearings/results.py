@@ -164,11 +164,10 @@ def _table(tracked: BearingsTracked, parameters: BearingTracking, steps: Sequenc
     counts = np.bincount(reports.astype(np.intp), minlength=len(tracked.names))
     by_sensor = ", ".join(f"{name}: {n}" for name, n in zip(tracked.names, counts, strict=True) if n)
     residual = tracked.residual_deg[np.isfinite(tracked.residual_deg)]
-    motion, name = parameters.motion.kind, parameters.filter.kind
     rows = [
         ("Times", f"{len(steps)}, mostly {usual} s apart, at most {gaps.max(initial=0.0):.3g} s"),
         ("Bearings by sensor", by_sensor[:200]),
-        ("Estimator", f"{name}, motion {motion}, {parameters.sigma_deg:g} degrees"),
+        ("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, {parameters.sigma_deg:g} degrees"),
         ("Dimensions", "3: heights from elevations" if tracked.heights is not None else "2"),
     ]
     if len(residual):

@@ -28,6 +28,7 @@ from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
 from elusive.systems.bearings.several import crowding_of, decided, fitted
 from elusive.systems.bearings.several_checks import several_findings
@@ -94,6 +95,8 @@ def track_bearings_recording(
     emitters, elevated = parameters.emitters, have_elevations(heard)
     if isinstance(emitters, SeveralEmitters):
         parameters = fitted(parameters, sites, heard)
+    elif not labels:
+        parameters = powers_found(parameters, sites, [heard])
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
         outcome: BearingOutcome[Any]
@@ -101,9 +104,9 @@ def track_bearings_recording(
         if labels or isinstance(emitters, SeveralEmitters):
             if labels:
                 alone = track_labelled(by_label, parameters, sites)
-                steps, found = together(alone.values()), dict[str, Finding]()
-                for label, its in alone.items():
-                    found |= {one.sentence: one for one in track_findings(its, parameters, sites, label)}
+                steps, found = together(its for its, _ in alone.values()), dict[str, Finding]()
+                for label, (its, own) in alone.items():
+                    found |= {one.sentence: one for one in track_findings(its, own, sites, label)}
                 findings = tuple(found.values())
             else:
                 steps = list(track(heard, parameters, sites))
@@ -214,7 +217,7 @@ def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Ste
     if isinstance(parameters.emitters, SeveralEmitters):
         paired = pairings_finding(pairings(known, parameters, sites))
         return (*several_findings(known, parameters, sites), paired)
-    return track_findings(known, parameters, sites)
+    return track_findings(known, powers_found(parameters, sites, [[step.measurement for step in known]]), sites)
 
 
 @contextmanager

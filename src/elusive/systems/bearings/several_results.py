@@ -92,7 +92,7 @@ def names_of(step: Step, parameters: BearingTracking) -> tuple[str, ...]:
     """Return the names of the states of a step's tracks."""
     if isinstance(step.state, Emitter):
         return step.state.state_names
-    return parameters.over_ground(parameters.motion, solid=False).state_names
+    return parameters.over_ground(parameters.plain_motion, solid=False).state_names
 
 
 def _left(step: Step, azimuth: Array, starts: Array) -> Array:
@@ -118,10 +118,10 @@ def _table(tracked: SeveralTracked, parameters: BearingTracking) -> list[tuple[s
     if isinstance(emitters, SeveralEmitters):
         heard, false = emitters.detection_probability, emitters.false_bearings
         rows.append(("Heard", f"an emitter with probability {heard:.2f}, {false:.2g} false bearings a sensor and time"))
-        rows.append(("Tracker", f"{emitters.particles} particles, motion {parameters.motion.kind}, "
+        rows.append(("Tracker", f"{emitters.particles} particles, motion {parameters.moves}, "
                      f"{parameters.sigma_deg:g} degrees"))  # fmt: skip
     else:
-        rows.append(("Estimator", f"{parameters.filter.kind}, motion {parameters.motion.kind}, each by itself"))
+        rows.append(("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, each by itself"))
     rows.append((f"Bearings within {EXPLAINED:g} deviations of a track", f"{100 * near.mean():.0f} %"))
     for number, start, end, existence, deviation in tracked.tracks[:TRACKS_TOLD]:
         said = f"{start} to {end}, existence {existence}, deviation {deviation} m"

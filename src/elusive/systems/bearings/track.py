@@ -21,6 +21,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations, OneEmitter, SeveralEmitters
 from elusive.systems.bearings.heard import angles_of, have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.powers import LivePowers, powers_found
 from elusive.systems.bearings.several import decided, fitted, track_several
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Status, Step, Track
@@ -93,19 +94,32 @@ def track(
         parameters = parameters if live else fitted(parameters, sites, known)
         yield from track_several(chain(known, coming), parameters, sites, memory)
         return
-    estimator: Any = parameters.bind(sites, type(known[0]), elevations=have_elevations(decisive))
+    parameters = parameters if live else powers_found(parameters, sites, [known])
+
+    def made(asked: BearingTracking) -> Any:
+        return asked.bind(sites, type(known[0]), elevations=have_elevations(decisive))
+
+    estimator = made(parameters)
     at_once = isinstance(estimator, FixedLagSmoother | FactorGraphFilter) and not live
     if at_once or parameters.filter.kind in WHOLE:
         yield from _of_whole(estimator, known)
         return
-    if parameters.filter.kind in RECOVERING and recovers(estimator):
-        estimator = RecoveringFilter(estimator)
     names, rng = getattr(estimator, "state_names", FLAT_NAMES), np.random.default_rng(0)  # nothing is drawn
-    (state,) = memory.held or (estimator.init(rng),)
+    powers = LivePowers(parameters, sites)
+    state, powers = memory.held or (_stepping(estimator, parameters).init(rng), powers)
+    stepping = _stepping(made(powers.parameters), parameters)
     for measurement in chain(known, coming):
-        state = estimator.step(state, measurement.time_s, measurement, rng)
-        memory.keep(measurement.time_s, state)
+        state = stepping.step(state, measurement.time_s, measurement, rng)
+        if live and powers.heed(measurement):
+            stepping = _stepping(made(powers.parameters), parameters)
+        memory.keep(measurement.time_s, state, powers)
         yield _emitter(names, state).step(measurement)
+
+
+def _stepping(estimator: Any, parameters: BearingTracking) -> Any:
+    """Return what goes from time to time."""
+    recovering = parameters.filter.kind in RECOVERING and recovers(estimator)
+    return RecoveringFilter(estimator) if recovering else estimator
 
 
 def _in_order(measurements: Iterable[PlaceSet]) -> Iterator[PlaceSet]:
@@ -159,18 +173,20 @@ def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: 
 
 def track_labelled(
     heard: dict[str, list[PlaceSet]], parameters: BearingTracking, sites: SensorSites
-) -> dict[str, list[Step]]:
-    """Track each label's emitter by itself; tracks are numbered in the order of the labels, without existence."""
+) -> dict[str, tuple[list[Step], BearingTracking]]:
+    """Track each label's emitter by itself, as each moves; tracks are numbered in the order of the labels.
+
+    They have no existence. With each are the parameters it was tracked with.
+    """
     if not all(have_elevations(measurements) for measurements in heard.values()):
         parameters = parameters.replace(elevations=IgnoreElevations())
-    parameters = parameters.replace(emitters=OneEmitter())
-    return {
-        label: [
-            step._replace(tracks=tuple(track._replace(track=number) for track in step.tracks))
-            for step in track(measurements, parameters, sites)
-        ]
-        for number, (label, measurements) in enumerate(heard.items(), start=1)
-    }
+    parameters, found = parameters.replace(emitters=OneEmitter()), dict[str, tuple[list[Step], BearingTracking]]()
+    for number, (label, measurements) in enumerate(heard.items(), start=1):
+        own = powers_found(parameters, sites, [measurements])
+        steps = track(measurements, own, sites)
+        numbered = [step._replace(tracks=tuple(one._replace(track=number) for one in step.tracks)) for step in steps]
+        found[label] = numbered, own
+    return found
 
 
 def together(labelled: Iterable[list[Step]]) -> list[Step]:

@@ -77,11 +77,12 @@ class Bunches:
                 np.add.at(self._turned, (sector, (sector - number * SECTORS // 4) % SECTORS), found)
 
     def add_left_over(
-        self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None
-    ) -> None:
+        self, scan: RadarScan, sensor: RadarSensor, targets: Sequence[Target], water: Water | None,
+        trailing: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
         """Take in what no confirmed ship explains: by its hull, or as the plot of a point.
 
-        Plots on charted land and in patches of false alarms are left out.
+        Plots on charted land, in patches of false alarms and ``trailing`` in wakes ``(m,)`` are left out.
         """
         places, _ = sensor.places(scan)
         sure = [target for target in targets if target.life.status == "confirmed"]
@@ -95,6 +96,8 @@ class Bunches:
                     self._hulls[target.life.track] = before + np.array([len(off), (off < MIDDLE).sum()])
         beside = density(scan.range_m, scan.bearing_rad, sensor.false_alarm_patches) == 0
         self.all += int(beside.sum())
+        if trailing is not None:
+            beside &= ~trailing
         self.add(scan.select_detections(np.flatnonzero(beside)), places[beside], counted[beside])
 
     @property

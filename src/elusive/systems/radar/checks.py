@@ -21,7 +21,6 @@ from elusive.sensors.radar_view import seen_from
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding, times_finding
 from elusive.systems.radar.late_headings import late_finding
-from elusive.systems.radar.lives import lasting_finding
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
@@ -82,7 +81,7 @@ def findings_of(
         found += [] if water is None else [_on_land(seen, water)]
         found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
-    found += [seen.alternate, lasting_finding(sensor.false_alarm_lives)]
+    found += [seen.alternate]
     # several plots of one hull do not err by themselves
     alone = seen.errors is not None and not isinstance(sensor, HullRadar)
     found.append(turned_finding(seen.errors.together if alone and seen.errors else Together(), seen.turned))

@@ -17,6 +17,7 @@ from elusive.charts import Water
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.bunches import Bunches, explained
@@ -24,6 +25,8 @@ from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.lives import Ages, Lives, aged
 from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Laid, Lasting, cell_of, in_bands, laid
+from elusive.systems.radar.triples import PlotErrors, Triples
+from elusive.systems.radar.wakes import Trailing, Wakes
 from elusive.tracking.track import Step
 
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
@@ -39,6 +42,10 @@ class Heard(NamedTuple):
     trials: float  # scans of confirmed tracks
     alarms: Laid  # where plots of no track lie
     lives: tuple[float, ...]  # of clutter that lasts
+    wakes: tuple[float, ...]  # behind ships
+    behind: tuple[float, ...]  # of ships, be it wakes or not
+    bunched: float  # share of what no ship explains that comes in bunches
+    errors: PlotErrors | None  # that plots show beside those of wakes, if any were taken to be
 
 
 class Counts:
@@ -59,17 +66,30 @@ class Counts:
         self._false = Lasting(self._fade)  # plots of nothing
         self._begun = dict[int, list[tuple[int, int, int]]]()  # scans and cells of a candidate's plots
         self._recent = deque[Array](maxlen=RECENT)
+        self._trailing = Trailing(self._fade)
+        self._beside: Triples | None = None  # wakes
         self.bunches = Bunches()
         """Of what no ship explains."""
 
-    def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> None:
-        """Take a step in, tracked with a sensor and what is known of water."""
+    def add(self, step: Step, sensor: RadarSensor, water: Water | None, wakes: Wakes | None = None) -> RadarScan:
+        """Take a step in, tracked with a sensor and what is known of water and wakes; return its scan without these."""
         scan, targets = step.measurement, step.state.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
         self._ages = aged(self._ages, targets, scan, sensor)
-        self._lives.add(self._ages, [one for one in targets if in_view(one, scan, sensor)])
-        self.bunches.add_left_over(scan, sensor, targets, water)
+        there = [one for one in targets if in_view(one, scan, sensor)]
+        self._lives.add(self._ages, there)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
+        if not isinstance(sensor, HullRadar):  # whose plots lie behind where its hull is told too short
+            self._trailing.add(scan, sensor, [one for one in there if one.life.status == "confirmed"], left)
+        trailing = np.zeros_like(left)
+        beside: RadarScan = scan
+        if wakes is not None:
+            trailing = left & wakes.explained(scan, confirmed)
+            beside = scan.select_detections(np.flatnonzero(~trailing))
+            self._beside = self._beside or Triples()
+            self._beside.add(beside)
+        self.bunches.add_left_over(scan, sensor, targets, water, trailing)
+        left &= ~trailing
         far, turned = self._take(scan, sensor, left)
         for one in targets:
             number = one.life.track or 0
@@ -80,6 +100,7 @@ class Counts:
                 self._false.take_back(self._begun.pop(number, ()))
             elif one.life.status == "deleted":
                 self._begun.pop(number, None)
+        return beside
 
     def look(self, scan: RadarScan, sensor: RadarSensor, water: Water | None) -> None:
         """Take all plots of a scan for those of nothing, before any ship is known."""
@@ -117,7 +138,9 @@ class Counts:
         false, sea = self._false, np.maximum(1 - land, LEAST_SEA)
         found = laid(false.counts.clip(0), false.lasting, max(false.scans, 1.0), sea, sensor)
         detected, trials, lives = self._lives.sorted_out(every=every)
-        return Heard(detected, trials, found, lives)
+        errors, trailing = None if self._beside is None else self._beside.fit(), self._trailing
+        bunched = self.bunches.share
+        return Heard(detected, trials, found, lives, trailing.wakes, trailing.counted, bunched, errors)
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than are expected, in some band of range.

@@ -6,7 +6,8 @@ recording is therefore tracked again with what was counted, until that is what w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import islice
 
 import numpy as np
@@ -22,13 +23,15 @@ from elusive.systems.radar.bunches import MOST
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.fast import Fast
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.parameters import RadarTracking, RecordedRadar
+from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.track import track_radar
 from elusive.systems.radar.triples import Triples
+from elusive.systems.radar.wakes import START
 from elusive.tracking.detections import DetectionTracker
 
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
@@ -75,11 +78,22 @@ def fitted(
     patches, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
     found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
     shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
+    begin: Mapping[str, tuple[object, ...]] = {"false_alarm_patches": patches}
+    asked = partial(heard_by, bound, scans, sea=OPEN_SEA, way=seen.way[:, 1:], first=SCANS)
     for extent in ("point", "hull") if undecided else (parameters.extent,):
-        parameters = parameters.replace(extent=extent)
-        heard, bunched = heard_by(bound, scans, parameters, OPEN_SEA, seen.way[:, 1:], patches, SCANS)
-        if not bunched > MOST:  # of ships in company each plot is one's
+        parameters, without = parameters.replace(extent=extent), seen
+        heard = asked(parameters, begin=begin)
+        if not heard.bunched > MOST:  # of ships in company each plot is one's
             break
+        if extent != "hull" and "false_alarm_wakes" in radar.unplaced:
+            wakes = asked(parameters, begin={**begin, "false_alarm_wakes": START}, passes=1)
+            seen = seen._replace(errors=wakes.errors or seen.errors)
+            wakes = asked(parameters, begin={**begin, "false_alarm_wakes": wakes.behind})
+            if wakes.wakes and not wakes.bunched > MOST:
+                heard = wakes
+                found |= {name: getattr(radar.bind(seen), name) for name in radar.untold}
+                break
+            seen = without
     if "detection_probability" in found and heard.trials >= TRIALS:
         shown.add("detection_probability")
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
@@ -98,12 +112,11 @@ def heard_by(
     parameters: RadarTracking,
     sea: float,
     way: Array,
-    patches: tuple[Patch, ...] = (),
+    begin: Mapping[str, tuple[object, ...]],
     first: int | None = None,
-) -> tuple[Heard, float]:
+    passes: int = PASSES,
+) -> Heard:
     """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
-
-    The share of what no ship explains that comes in bunches stands beside.
 
     Parameters
     ----------
@@ -117,19 +130,23 @@ def heard_by(
         P(water) of places that count.
     way
         Of the radar, ``(S, 2)`` [m].
-    patches
-        Of false alarms, that are begun with.
+    begin
+        What is assumed first of where false alarms lie, by name, as far as it is not told.
     first
         Number of scans that are tracked; None: all.
+    passes
+        At most.
     """
     told, shares, sectors = parameters.radar, uniform(BANDS), (1 / SECTORS,) * SECTORS
-    parameters = parameters.replace(radar=told.replace(false_alarm_patches=patches))
-    for number in range(PASSES):
+    assumed = {name: value for name, value in begin.items() if name in told.unplaced}
+    parameters = parameters.replace(radar=told.replace(**assumed))
+    for number in range(passes):
         tracker, water = bound(parameters)
         counts, sensor = Counts(sea), tracker.sensor
         assert isinstance(sensor, RadarSensor)
+        wakes, patches = parameters.radar.trails(sensor), sensor.false_alarm_patches
         for step in track_radar(islice(scans, first), tracker, parameters):
-            counts.add(step, sensor, water)
+            counts.add(step, sensor, water, wakes)
         heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
@@ -137,16 +154,18 @@ def heard_by(
         as_turned = told.false_alarm_sectors is not None or _apart(heard.alarms.sectors, sectors) < EVEN
         now, before = (sum(patch[-1] for patch in where) for where in (heard.alarms.patches, patches))
         as_patched = told.false_alarm_patches is not None or abs(now - before) <= EVEN * (now + heard.alarms.false)
-        if as_assumed and as_spread and as_turned and as_patched:
+        trailing, before = (sum(one[:1]) for one in (heard.wakes, () if wakes is None else wakes[1:]))
+        as_trailing = told.false_alarm_wakes is not None or abs(trailing - before) < EVEN
+        if as_assumed and as_spread and as_turned and as_patched and as_trailing:
             break
-        shares, sectors, patches = heard.alarms.shares, heard.alarms.sectors, heard.alarms.patches
+        shares, sectors = heard.alarms.shares, heard.alarms.sectors
         radar = told.replace(**spread(told, heard))
         if not told_detected:
             radar = radar.replace(detection_probability=possible(heard.detected))
         if told.false_alarms is None:
             radar = radar.replace(false_alarms=max(heard.alarms.false, FEWEST))
         parameters = parameters.replace(radar=radar)
-    return heard, counts.bunches.share
+    return heard
 
 
 def looked_at(
@@ -188,6 +207,7 @@ def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
         "false_alarm_sectors": heard.alarms.sectors,
         "false_alarm_patches": heard.alarms.patches,
         "false_alarm_lives": heard.lives,
+        "false_alarm_wakes": heard.wakes,
     }
     return {name: found[name] for name in told.unplaced}
 

@@ -70,8 +70,8 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     patches, seen = looked_at(bound, scans, RadarTracking(), seen, HALF)
     assert seen.errors is not None
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
-    heard, _ = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], patches)
-    detected, trials, (false, shares, sectors, patches), lives = heard
+    heard = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], {"false_alarm_patches": patches})
+    detected, trials, (false, shares, sectors, patches), lives, wakes = heard[:5]
     beside = "plots of no track" + ("" if water is None else ", at sea") + patched(patches)
     told = f"{seen.errors.targets:.0f} triples of plots of targets"
     told += "; too large: echoes lie too close to each other" if seen.errors.crowded else ""
@@ -96,6 +96,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "false_alarm_sectors": sectors,
         "false_alarm_patches": patches,
         "false_alarm_lives": lives,
+        "false_alarm_wakes": wakes,
     }
     if seen.late.late_s:
         how = "how the picture turns with the ship"

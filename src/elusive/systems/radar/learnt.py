@@ -71,11 +71,11 @@ class Learnt:
     def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> bool:
         """Take a step in; return whether what is known of the radar has changed."""
         self._scans += 1
-        self.counts.add(step, sensor, water)
+        beside_wakes = self.counts.add(step, sensor, water, self.parameters.radar.trails(sensor))
         if not (self.told.untold or self.told.unplaced):
             return False
         if self._errors is not None:
-            self._errors.add(beside(step.measurement, self.parameters.radar.false_alarm_patches or ()))
+            self._errors.add(beside(beside_wakes, self.parameters.radar.false_alarm_patches or ()))
         if self._scans < self._first:  # of which more is known than is counted again by now
             return False
         if not self.counts.risen() and self._scans % LOOK:

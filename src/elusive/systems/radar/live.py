@@ -20,11 +20,13 @@ from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.checks import findings_of, in_view, innovation
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.learnt import LOOK, TELLING, Learnt
+from elusive.systems.radar.lives import lasting_finding
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.ships import ADDED
 from elusive.systems.radar.survey import righted
 from elusive.systems.radar.track import track_radar
+from elusive.systems.radar.wakes import wakes_finding
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.reports import Report
@@ -115,15 +117,15 @@ def follow_radar(
 
     fusion = None if ais is None else AisFusion(more=reported)
 
-    def learn(step: Step) -> DetectionTracker:
+    def learn(step: Step) -> tuple[DetectionTracker, RadarTracking]:
         nonlocal sensor, tracker
         if known.add(step, sensor, around.water):
             sensor, tracker, _ = bind_all(known.parameters, known.seen, around, outline)
-        return tracker
+        return tracker, known.parameters
 
     def steps() -> Iterator[Step]:
         for step in track_radar(
-            map(known.righted, chain(first, heard)), tracker, parameters, around, memory, fusion, learn
+            map(known.righted, chain(first, heard)), tracker, known.parameters, around, memory, fusion, learn
         ):
             beliefs = {target.life.track: target for target in step.state.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
@@ -140,6 +142,8 @@ def follow_radar(
         end = follow_live(steps(), coming, log, on_step)
         findings = findings_of(known.seen, sensor, around.water, innovations, known.counts.bunches)
         findings += (known.counts.finding(sensor, around.water, known.seen.way[:, 1:]),)
+        told = known.parameters.radar
+        findings += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
         findings += (kept.finding(),) if parameters.constraints else ()
         findings += () if fusion is None else (fusion.finding(),)
         return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

@@ -46,9 +46,9 @@ def aged(before: Ages, targets: Sequence[Target], scan: RadarScan, sensor: Radar
     return found
 
 
-def as_lived(tracks: Sequence[Track], ages: Ages, sensor: RadarSensor) -> tuple[Track, ...]:
+def as_lived(tracks: Sequence[Track], ages: Ages, lives: Sequence[float]) -> tuple[Track, ...]:
     """Return tracks, of which those that may be clutter that lasts exist less surely, and are candidates at most."""
-    lives, found = sensor.false_alarm_lives, []
+    found = []
     for track in tracks:
         if lives and track.track in ages:
             scans, band = ages[track.track]

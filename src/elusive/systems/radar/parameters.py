@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -14,31 +13,15 @@ from elusive.charts.constraints import Constraint
 from elusive.contracts import Array, Knowledge, Motion
 from elusive.errors import ParameterError
 from elusive.filters.particle.coast_error import CoastError, with_coast
-from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
+from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.motion import ConstantVelocity, MovingOrAnchored
 from elusive.motion.extent import WithExtent
-from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.land import LandEchoes
-from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 
-ROOM = 1.05  # greatest range in view, to the greatest of a plot
-DOPPLER_ROOM = 1.5  # greatest range rate, to the greatest of a plot
-USUAL = {  # of a radar, where the recording does not show it
-    "range_sd_m": 10.0,
-    "bearing_sd_mrad": 1.0,
-    "detection_probability": 0.9,
-    "false_alarms": 1.0,
-}
-PLACED = {  # anywhere alike, and none lasts
-    "false_alarm_shares": (1.0,),
-    "false_alarm_sectors": (1.0,),
-    "false_alarm_patches": (),
-    "false_alarm_lives": (),
-}
-LEAST = 0.1  # of these, that errors are taken to be: particles find nothing by plots without any
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
     "coast_share": ("persistent",),
@@ -71,85 +54,6 @@ class UnderWayOrAnchored(MovingOrAnchored):
 
 MapUse = Annotated[NoMap | HardWater | NearestWater | GridWater | ExactWater | FieldWater, Field(discriminator="kind")]
 ShipMotion = Annotated[UnderWay | UnderWayOrAnchored, Field(discriminator="kind")]
-
-
-class RecordedRadar(RadarSensor):
-    """The radar of a recording; what is not given is as its plots show."""
-
-    range_sd_m: Positive | None = Field(  # type: ignore[assignment]
-        None, description="Deviation of a range, sigma_r; none: as the plots show, or 10 [m]"
-    )
-    bearing_sd_mrad: Positive | None = Field(  # type: ignore[assignment]
-        None, le=500, description="Deviation of a bearing, sigma_b; none: as the plots show, or 1 [mrad]"
-    )
-    detection_probability: Probability | None = Field(  # type: ignore[assignment]
-        None, description="Probability that a scan sees a ship, P_D; none: as a first pass shows, or .9"
-    )
-    false_alarms: NonNegative | None = Field(  # type: ignore[assignment]
-        None, description="Mean number of false alarms a scan, 0: none ever; none: as a first pass shows, or 1"
-    )
-    false_alarm_shares: tuple[Positive, ...] | None = Field(  # type: ignore[assignment]
-        None,
-        min_length=1,
-        max_length=12,
-        description="Their shares in bands of range, each twice as wide as the one nearer, one: uniform; none: as a "
-        "first pass shows, or uniform",
-    )
-    false_alarm_sectors: tuple[Positive, ...] | None = Field(  # type: ignore[assignment]
-        None,
-        min_length=1,
-        max_length=36,
-        description="Their shares in equal sectors of the view, clockwise from its beginning, one: uniform; none: as a "
-        "first pass shows, or uniform",
-    )
-    false_alarm_patches: tuple[Patch, ...] | None = Field(  # type: ignore[assignment]
-        None,
-        description="Patches of more of them, beside that number: nearest and furthest range [m], first and last "
-        "bearing clockwise [deg], and how many a scan has; none: as a first pass shows",
-        json_schema_extra=FROM_RECORDING,
-    )
-    false_alarm_lives: tuple[NonNegative, ...] | None = Field(  # type: ignore[assignment]
-        None,
-        description="Those that are tracked, as groups of waves are: scans that they last, and how many come to a "
-        "ship, in six bands of range; none: as a first pass shows",
-        json_schema_extra=FROM_RECORDING,
-    )
-    max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
-    max_doppler_mps: Positive | None = Field(
-        None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
-    )
-    doppler_probability: Probability = Field(1.0, description="Of simulations", json_schema_extra=FROM_RECORDING)
-
-    @property
-    def untold(self) -> tuple[str, ...]:
-        """What of the radar is as the recording shows, by name, but for where its false alarms lie."""
-        return tuple(name for name in USUAL if getattr(self, name) is None)
-
-    @property
-    def unplaced(self) -> tuple[str, ...]:
-        """What is not told of where false alarms lie, by name; of none at all nothing is asked."""
-        return tuple(name for name in PLACED if getattr(self, name) is None and self.false_alarms != 0)
-
-    def _check_view(self) -> None:
-        """Take none as that of the recording; the sensor that is made of both is checked."""
-
-    def _check_range(self) -> None:
-        """As well."""
-
-    def bind(self, seen: RadarSurvey) -> RadarSensor:
-        """Return the sensor, with the errors and limits of a recording where none are given."""
-        fields = {name: getattr(self, name) for name in type(self).model_fields}
-        shown = {} if seen.errors is None else dict(zip(USUAL, seen.errors.told, strict=False))
-        for name, usual in USUAL.items():
-            if fields[name] is None:
-                fields[name] = max(shown.get(name, usual), LEAST * usual)
-        for name, anywhere in PLACED.items():
-            fields[name] = fields[name] or anywhere
-        if self.max_range_m is None:
-            fields["max_range_m"] = max(ROOM * seen.max_range_m, self.min_range_m + 2 * fields["range_sd_m"])
-        if self.max_doppler_mps is None:
-            fields["max_doppler_mps"] = max(DOPPLER_ROOM * seen.max_doppler_mps, 2.01 * math.pi * self.doppler_sd_mps)
-        return RadarSensor(**fields)
 
 
 class RadarTracking(Model):
@@ -255,7 +159,7 @@ class RadarTracking(Model):
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
             **rules, motion=motion, sensor=sensor, knowledge=(*knowledge, *self.constraints), backdrop=backdrop,
-            particles=self.particles,
+            trails=self.radar.trails(sensor), particles=self.particles,
         )  # fmt: skip
 
 

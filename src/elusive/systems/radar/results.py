@@ -27,6 +27,7 @@ from elusive.systems.radar.copies import Sightings, copies_finding
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.kept import ConstraintsKept
+from elusive.systems.radar.lives import lasting_finding
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import (
     RadarKeeper,
@@ -38,6 +39,7 @@ from elusive.systems.radar.report import (
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
 from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.wakes import wakes_finding
 from elusive.tracking.track import Step
 
 SHOWN_CELL = 1 / 3  # of the coast's deviation
@@ -88,7 +90,7 @@ class RadarRun:
         """Take in a scan's result."""
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
-        self._counts.add(step, self._sensor, self._around.water)
+        self._counts.add(step, self._sensor, self._around.water, self._parameters.radar.trails(self._sensor))
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
         sure = {track.track for track in step.tracks if track.status == "confirmed"}
@@ -158,7 +160,8 @@ class RadarRun:
             self._seen, self._sensor, self._around.water, self._innovations, self._counts.bunches, source
         )
         found += (self._counts.finding(self._sensor, self._around.water, self._seen.way[:, 1:]),)
-        seen = self._seen
+        seen, told = self._seen, self._parameters.radar
+        found += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
         found += company_findings(tracked.paths, times_s)
         if len(seen.way) == 1:
             sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)

@@ -18,7 +18,8 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.io.routes import Route
 from elusive.model import Model
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.parameters import NoMap, RadarTracking, RecordedRadar, UnderWay
+from elusive.systems.radar.parameters import NoMap, RadarTracking, UnderWay
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.simulate import MID_OCEAN_DEG, RadarSimulation
 from elusive.systems.radar.voyage import Voyage, voyage
 

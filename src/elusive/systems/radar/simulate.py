@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from typing import ClassVar, NamedTuple, Self
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from elusive.charts import HardWater
 from elusive.charts.charted_area import ChartedAreaParameters, lay_charts, read_charts
@@ -51,14 +51,6 @@ class RadarSimulation(Sailing):
     coast_echoes: int = Field(0, ge=0, description="Fixed echoes inland of the charted coast, in view")
     echoes_inland_m: Positive = Field(60.0, description="Greatest distance of such an echo from the shore [m]")
     seed: int = Field(0, ge=0, description="Root of all random numbers")
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
-        if self.radar.false_alarm_lives:
-            raise ParameterError(
-                "radar.false_alarm_lives: tells a tracker of clutter that lasts, and none is simulated; leave it out."
-            )
-        return self
 
 
 class RadarSimulated(NamedTuple):

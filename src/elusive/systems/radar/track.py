@@ -29,7 +29,7 @@ def track_radar(
     around: Surroundings | None = None,
     memory: Memory | None = None,
     ais: AisFusion | None = None,
-    learn: Callable[[Step], DetectionTracker] | None = None,
+    learn: Callable[[Step], tuple[DetectionTracker, RadarTracking]] | None = None,
 ) -> Iterator[Step]:
     """Track ships through a radar's scans, lazily; a live stream and a file are the same.
 
@@ -48,7 +48,7 @@ def track_radar(
     ais
         What ships report, taken in between scans.
     learn
-        Gives after each scan the tracker that follows the next; None: it stays.
+        Gives after each scan the tracker that follows the next, and the parameters by then; None: they stay.
 
     Yields
     ------
@@ -71,13 +71,13 @@ def track_radar(
         tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
         if isinstance(tracker.sensor, RadarSensor):
             ages = aged(ages, state.targets, scan, tracker.sensor)
-            tracks = as_lived(tracks, ages, tracker.sensor)
+            tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or ())
         if ais is not None:
             tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
         step = Step(scan.time_s, scan, state, tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
         if learn is not None:
-            tracker = learn(step)
+            tracker, parameters = learn(step)
         memory.keep(scan.time_s, state, rng, mode_rng, ages)
         yield step

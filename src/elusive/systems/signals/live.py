@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 from elusive.checks import write_checks
+from elusive.errors import DataError
 from elusive.io.arrivals import Coming
 from elusive.io.signals import SignalFrame, SignalSource
 from elusive.results import TrackLog
@@ -75,26 +76,33 @@ def follow_signal_live(
     Raises
     ------
     DataError
-        If the folder holds an earlier run's tracks, or a frame of the first cannot be used.
+        If the folder holds an earlier run's tracks, a frame of the first cannot be used, or frames come at another rate
+        than in the run that is gone on from.
     """
     frames, memory = iter(coming), memory or Memory()
     first = list(islice(frames, CLOCKED)) if untold(source) and memory.held is None else []
     if memory.held is None:
         memory.first = interval_of(source, first)  # a restart shall not find another
     interval_s: float = memory.first
+    if not untold(source) and (now_s := interval_of(source, ())) != interval_s:
+        raise DataError(f"{source.name}: has a frame in {now_s:g} s now, and had one in {interval_s:g} s; begin anew.")
     bound = bound_to(source, parameters, interval_s)
     shift_s = 0.0
     if memory.held is not None and starts_anew and not untold(source):
         passed = 1 if source.rate_hz is None else max(1, round(memory.elapsed_s / interval_s))
         shift_s = memory.time_s + passed * interval_s
-    fresh = memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in chain(first, frames))
+
+    def fresh() -> Iterator[SignalFrame]:
+        for frame in memory.new(frame._replace(time_s=frame.time_s + shift_s) for frame in chain(first, frames)):
+            memory.place = frame.place
+            yield frame
 
     def told(step: Step) -> dict[str, Any]:
         return {name: round(value, 4) if value == value else None for name, value in values_of(step.state).items()}
 
     with live_folder(out, bound.to_yaml()) as folder, log_of(folder / "tracks.csv") as log:
         checked = _Checked(log)
-        steps = follow(source, bound, fresh, memory)
+        steps = follow(source, bound, fresh(), memory)
         end = follow_live(steps, coming, log, on_step, sink=checked, extra=told)
         findings = findings_of(bound, checked.facts) if checked.facts.frames else ()
         return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

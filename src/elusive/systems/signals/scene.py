@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple, Self
+from typing import ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -16,6 +16,7 @@ from elusive.contracts import Array, X
 from elusive.errors import ParameterError
 from elusive.filters.accumulate.recurrent import RecurrentFilter
 from elusive.io import SignalSource, Truth, atomic_folder, write_truth
+from elusive.io._signal_readings import Piece
 from elusive.model import Model
 from elusive.sensors.waveform import NoiseObject, NoiseObjectPath
 from elusive.systems.signals.parameters import SignalTracking
@@ -140,9 +141,9 @@ def draw_signal(scene: SignalSimulation) -> DrawnSignal:
 def held_signal(name: str, frames: Array) -> SignalSource:
     """Return frames ``(T, samples)`` that are in memory as a source like a file's."""
 
-    def read(start: int, stop: int | None) -> Iterator[tuple[float | None, Any]]:
+    def read(start: int, stop: int | None) -> Iterator[Piece]:
         for frame in frames[start:stop]:
-            yield None, frame
+            yield Piece(None, frame)
 
     return SignalSource(name, frames.shape[1], len(frames), None, False, 0, read, None)
 

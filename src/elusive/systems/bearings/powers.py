@@ -1,0 +1,172 @@
+"""How hard emitters manoeuvre: powers of their motion that are not given, by the evidence of their paths.
+
+MacKay (2003), section 28.1: evidence tells a path's stiffness, as it neither cuts corners nor follows the noise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from elusive.contracts import Array, X, Y
+from elusive.errors import ElusiveError
+from elusive.filters.gaussian.map_smoother import MapSmoother, SmoothedPath
+from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.systems.bearings.choices import BatchMap, Estimation, OneEmitter, Powered, UseElevations
+from elusive.systems.bearings.heard import have_elevations, sensors_of
+from elusive.systems.bearings.parameters import BearingTracking
+
+LEAST_TIMES = 8  # of an emitter, to tell anything
+LATEST, FIRST, EVERY = 200, 10, 100  # times that tell live, after how many first, and how often at the rarest
+LONGEST, PIECES = 2000, 10  # times, beyond which so many pieces of the recording tell
+DECADES = tuple(range(-4, 6))  # about the usual power
+BACK = 0.2  # share of a path's steps that the next ones take back
+CAUTION = 2.0  # deviations of a power, a decade at most, that it is taken greater: a small one makes ellipses small
+BEFOREHAND = 1.5  # deviation of a power's decimal logarithm about the usual one's, before anything is heard
+
+
+def powers_found(
+    parameters: BearingTracking, sites: SensorSites, emitters: Sequence[Sequence[PlaceSet]]
+) -> BearingTracking:
+    """Return the parameters with the powers of the motion that are not given, as they are likeliest.
+
+    Nothing flies to and fro from one time to the next: bearings that fit such a path alone, of two emitters say, tell
+    no power, and neither does one sensor alone. The usual one is taken then.
+
+    Parameters
+    ----------
+    parameters
+        Of how emitters are tracked.
+    sites
+        Where the sensors stand.
+    emitters
+        What is heard of each, in the order of time.
+    """
+    told = [part for heard in emitters for part in _pieces(heard) if _tells(part)]
+    kept = parameters.filter if isinstance(parameters.filter, Estimation) else BatchMap()
+    settings = {field: getattr(kept, field) for field in Estimation.model_fields}
+    asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter(), filter=BatchMap(**settings))
+    for name, usual in _missing(parameters, told):
+        power = _likeliest(asked, name, usual, told, sites) if told else usual
+        if told and name == "q" and _to_and_fro(_with(asked, name, power), told, sites):
+            power = usual
+        parameters, asked = _with(parameters, name, power), _with(asked, name, power)
+    return parameters
+
+
+class LivePowers:
+    """The same while bearings of one emitter come: anew from the latest, at twice as many times, then at each hundred.
+
+    Who has flown calmly may turn: no power is less than the usual one.
+
+    Parameters
+    ----------
+    parameters
+        Of how the emitter is tracked.
+    sites
+        Where the sensors stand.
+    """
+
+    def __init__(self, parameters: BearingTracking, sites: SensorSites) -> None:
+        self.parameters, self._given, self._sites = parameters, parameters, sites
+        self._latest, self._count, self._due = deque[PlaceSet](maxlen=LATEST), 0, FIRST
+
+    def heed(self, measurement: PlaceSet) -> bool:
+        """Take a measurement, and say whether other powers are found."""
+        self._latest.append(measurement)
+        self._count += 1
+        if self._count < self._due:
+            return False
+        self._due += min(self._count, EVERY)
+        before, found = self.parameters, powers_found(self._given, self._sites, [list(self._latest)])
+        for name, usual in _missing(self._given, [list(self._latest)]):
+            found = _with(found, name, max(_power(found, name), usual))
+        self.parameters = found
+        return found != before
+
+
+def _missing(parameters: BearingTracking, told: Sequence[Sequence[PlaceSet]]) -> list[tuple[str, float]]:
+    """Name the powers that are not given, each with the usual one."""
+    missing = list[tuple[str, float]]()
+    if isinstance(parameters.motion, Powered) and parameters.motion.q is None:
+        missing.append(("q", parameters.motion.usual_q))
+    elevations = parameters.elevations
+    if isinstance(elevations, UseElevations) and elevations.q_vertical is None and any(map(have_elevations, told)):
+        missing.append(("q_vertical", elevations.usual_q))
+    return missing
+
+
+def _with(parameters: BearingTracking, name: str, power: float) -> BearingTracking:
+    part = "motion" if name == "q" else "elevations"
+    return parameters.replace(**{part: getattr(parameters, part).replace(**{name: float(f"{power:.3g}")})})
+
+
+def _power(parameters: BearingTracking, name: str) -> float:
+    return float(getattr(parameters.motion if name == "q" else parameters.elevations, name))
+
+
+def _pieces(heard: Sequence[PlaceSet]) -> list[Sequence[PlaceSet]]:
+    """Return a recording, or evenly spread pieces of a long one."""
+    if len(heard) <= LONGEST:
+        return [heard]
+    size = LONGEST // PIECES
+    starts = np.linspace(0, len(heard) - size, PIECES).astype(int).tolist()
+    return [heard[start : start + size] for start in starts]
+
+
+def _tells(part: Sequence[PlaceSet]) -> bool:
+    """Say whether there are times enough, of two sensors or more."""
+    return len(part) >= LEAST_TIMES and len({number for one in part for number in sensors_of(one).tolist()}) > 1
+
+
+def _likeliest(
+    asked: BearingTracking, name: str, usual: float, told: Sequence[Sequence[PlaceSet]], sites: SensorSites
+) -> float:
+    """Seek the power of most evidence by decades, and between them by the parabola through the three best."""
+
+    def evidence(decade: float) -> float:
+        one = _with(asked, name, usual * 10**decade)
+        paths = [_path(one, part, sites) for part in told]
+        return (
+            sum(-math.inf if path is None else path.log_evidence for path in paths) - 0.5 * (decade / BEFOREHAND) ** 2
+        )
+
+    levels = np.array([evidence(decade) for decade in DECADES])
+    if not np.isfinite(levels).any():
+        return usual
+    best = int(np.where(np.isfinite(levels), levels, -math.inf).argmax())
+    return float(usual * 10 ** (DECADES[best] + _summit(levels[max(best - 1, 0) : best + 2])))
+
+
+def _summit(levels: Array) -> float:
+    """Where the parabola through three levels, the middle one the highest, has its summit, in steps from the middle."""
+    if len(levels) < 3 or not np.isfinite(levels).all():
+        return 0.0
+    bend = 2 * levels[1] - levels[0] - levels[2]
+    if bend <= 0:
+        return 0.0
+    return float((levels[2] - levels[0]) / (2 * bend) + min(CAUTION / math.sqrt(bend), 1.0))
+
+
+def _to_and_fro(asked: BearingTracking, told: Sequence[Sequence[PlaceSet]], sites: SensorSites) -> bool:
+    """Say whether the path goes back, from one time to the next, much of the way that it came."""
+    on, way = 0.0, 0.0
+    for part in told:
+        path = _path(asked, part, sites)
+        moved = np.empty((0, 2)) if path is None else np.diff(path.states[:, [X, Y]], axis=0)
+        on, way = on + float((moved[1:] * moved[:-1]).sum()), way + float((moved**2).sum())
+    return on < -BACK * way
+
+
+def _path(parameters: BearingTracking, heard: Sequence[Any], sites: SensorSites) -> SmoothedPath | None:
+    smoother = parameters.bind(sites, type(heard[0]), elevations=have_elevations(heard))
+    assert isinstance(smoother, MapSmoother)
+    try:
+        return smoother.smooth(heard)
+    except ElusiveError:
+        return None

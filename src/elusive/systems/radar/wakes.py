@@ -1,0 +1,155 @@
+"""Wakes: plots that trail behind ships, where they have been.
+
+They are clutter whose place is known as far as the ships' is, a Poisson process beside that of all other false alarms
+(Kingman, 1993, Poisson processes, section 2.2): so many a ship and scan, exponential behind it and Gaussian across its
+course. How many there are and how far behind is counted of ships that are followed, less what lies as far ahead of
+them, and to either side. A hull's plots lie on both sides of any one of them that is followed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import log_ndtr
+
+from elusive.checks import Finding
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import RadarScan
+
+START = 1.0, 150.0  # plots a ship and scan, and how far behind [m], that are looked for first
+SURE, SLOW_MPS = 0.3, 1.0  # existence from which a target has a wake, and a speed below which it has none
+WIDTH_M, ASIDE, REACH_M = 15.0, 3.0, 1000.0  # deviation across, of which so many count, and how far wakes reach
+ERRORS, AHEAD = 4.0, 0.2  # standard errors of what is behind, and share of it that is ahead at most
+NEAREST_M = 20.0  # that wakes are long at least
+
+
+class Sailing(Protocol):
+    """A target as it is expected or known."""
+
+    @property
+    def existence(self) -> float:
+        """Probability that it is there."""
+
+    @property
+    def mean(self) -> Array:
+        """Of x, vx, y, vy and what follows."""
+
+    @property
+    def covariance(self) -> Array:
+        """Of these."""
+
+
+class _Behind(NamedTuple):
+    """Where plots lie behind a ship."""
+
+    along: Array  # (m,) [m]
+    variance: Array  # (m,) of that
+    aside: Array
+    aside_variance: Array
+
+
+def _behind(ship: Sailing, scan: RadarScan, places: Array, errors: Array) -> _Behind | None:
+    """None of a ship that lies still."""
+    velocity = ship.mean[[VX, VY]]
+    speed = math.hypot(*velocity)
+    if speed < SLOW_MPS:
+        return None
+    course = velocity / speed
+    across = np.array([course[1], -course[0]])
+    off = ship.mean[[X, Y]] + (scan.times_s - scan.time_s)[:, None] * velocity - places
+    spread = ship.covariance[np.ix_([X, Y], [X, Y])] + errors
+    turned = float(across @ ship.covariance[np.ix_([VX, VY], [VX, VY])] @ across) / speed**2
+    along = off @ course
+    wide = WIDTH_M**2 + np.einsum("i,kij,j->k", across, spread, across) + turned * along.clip(0) ** 2
+    return _Behind(along, np.einsum("i,kij,j->k", course, spread, course), off @ across, wide)
+
+
+class Wakes(NamedTuple):
+    """What ships leave behind them, as :class:`~elusive.tracking.detections.Trails`."""
+
+    sensor: RadarSensor
+    number: float  # plots a ship and scan
+    length_m: float  # mean distance behind it
+
+    def log_trailing(self, targets: Sequence[Sailing], measurement: Any) -> Array:
+        """Log intensity of plots of wakes at each plot of a scan, ``(m,)`` [1 / (m rad)]; Doppler is uniform."""
+        scan, length = measurement, self.length_m
+        places, errors = self.sensor.places(scan)
+        found = np.zeros(len(places))
+        for ship in targets:
+            its = _behind(ship, scan, places, errors) if len(places) and ship.existence > SURE else None
+            if its is not None:
+                sd = np.sqrt(its.variance)
+                # an exponential distance behind a place that is known with a Gaussian error
+                log_density = log_ndtr(its.along / sd - sd / length) + 0.5 * its.variance / length**2
+                log_density -= its.along / length + 0.5 * its.aside**2 / its.aside_variance
+                found += ship.existence * np.exp(log_density) / (length * np.sqrt(2 * math.pi * its.aside_variance))
+        with np.errstate(divide="ignore"):
+            log_place = np.log(self.number * found * np.maximum(scan.range_m, 1.0))
+        folds = math.log(2 * (self.sensor.max_doppler_mps or 1.0))
+        return np.asarray(log_place - np.where(np.isfinite(scan.doppler_mps), folds, 0.0))
+
+    def explained(self, scan: RadarScan, targets: Sequence[Sailing]) -> NDArray[np.bool_]:
+        """Which plots of a scan are of wakes more likely than of other clutter, ``(m,)``."""
+        return np.asarray(self.log_trailing(targets, scan) > self.sensor.log_clutter(scan))
+
+
+class Trailing:
+    """Counts plots behind and ahead of ships that are followed, beside theirs, less those as far to either side."""
+
+    def __init__(self, fade: float) -> None:
+        self._fade = fade
+        self._plots, self._far = np.zeros(2), np.zeros(2)  # behind and ahead
+        self._variance = self._scans = 0.0  # of all plots; of ships
+
+    def add(self, scan: RadarScan, sensor: RadarSensor, ships: Sequence[Sailing], left: NDArray[np.bool_]) -> None:
+        """Take a scan in: the ships that are followed, and which of its plots are none of theirs, ``(m,)``."""
+        self._plots, self._far = self._fade * self._plots, self._fade * self._far
+        self._variance, self._scans = self._fade * self._variance, self._fade * self._scans
+        rest = scan.select_detections(np.flatnonzero(left))
+        places, errors = sensor.places(rest)
+        for ship in ships:
+            its = _behind(ship, rest, places, errors)
+            if its is None:
+                continue
+            self._scans += ship.existence
+            aside = np.abs(its.aside) / (ASIDE * np.sqrt(its.aside_variance))
+            # in its wake or, in two strips as wide each, beside
+            counts = ship.existence * np.where(aside < 1, 1.0, np.where(aside < 3, -0.5, 0.0))
+            counts[np.abs(its.along) > REACH_M] = 0.0
+            self._variance += float(counts @ counts)
+            for row, side in enumerate((its.along > 0, its.along < 0)):
+                self._plots[row] += counts[side].sum()
+                self._far[row] += counts[side] @ np.abs(its.along[side])
+
+    @property
+    def counted(self) -> tuple[float, float]:
+        """Plots of wakes a ship and scan, and how far behind they are on the mean [m]."""
+        more = float(self._plots[0] - self._plots[1])
+        far = float(self._far[0] - self._far[1]) / more if more > 0 else 0.0
+        return max(more, 0.0) / max(self._scans, 1.0), max(far, NEAREST_M)
+
+    @property
+    def wakes(self) -> tuple[float, ...]:
+        """:attr:`counted`; nothing where chance explains it, much lies ahead, too, or what is behind goes on and on."""
+        behind, ahead = self._plots.tolist()
+        beyond_chance = behind - ahead > ERRORS * math.sqrt(self._variance)
+        ends = self.counted[1] < REACH_M / 3  # evenly it would be a half
+        return self.counted if beyond_chance and ahead < AHEAD * behind and ends else ()
+
+
+def wakes_finding(wakes: Sequence[float]) -> Finding:
+    """Say whether ships have wakes."""
+    number, far = wakes or (0.0, 0.0)
+    return Finding(
+        "radar.wakes", not wakes, 0.0, number,
+        f"Ships have {number:.2g} plots a scan behind them, {far:.0f} m off on the mean, and none ahead: they are "
+        "taken for wakes, and what follows a ship that closely is found later, or not.",
+        "Turn the radar's sea clutter control up, or leave those plots out; with --extent hull they are hulls.",
+        grave=False,
+    )  # fmt: skip
