@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from elusive.errors import DataError
 from elusive.io.sources import Feed, in_order, lines_of
+from elusive.io.sources.clock import LASTS_S
 
 
 def ordered(times, *, moves=True, paces=None, **known):
@@ -57,6 +59,21 @@ def test_a_clock_that_was_set_back_is_counted_on():
     assert counts["late"] == 10  # 5 s, until it is sure
     assert times[20:] == pytest.approx([140.0 + 0.5 * k for k in range(10, 40)])  # by this machine's time
     assert any("The source's clock went back" in sentence and "140.000 s are added" in sentence for sentence in said)
+
+
+@pytest.mark.parametrize(("jumble_s", "hold_s"), [(0.3, 0.0), (0.3, 0.5), (2.5, 3.0)])
+def test_so_is_one_whose_times_the_network_jumbles(jumble_s, hold_s):
+    """A run was deaf from then on: three sensors, ten times a second, each a little late."""
+    rng = np.random.default_rng(0)
+    came = sorted((k / 10 + rng.uniform(0, jumble_s), k / 10) for k in range(1000) for _ in range(3))
+    times = [time_s - 3600.0 * (time_s >= 60) for _, time_s in came]
+    found, counts, _ = ordered(times, paces=at_pace(None, [moment for moment, _ in came]), hold_s=hold_s)
+    assert counts["clock set back"] == 1
+    heard = [number for time_s, number in found if time_s > 60]
+    assert came[heard[0]][0] < 60 + LASTS_S + jumble_s + 0.1
+    assert [time_s for time_s, _ in found] == pytest.approx([came[number][1] for _, number in found], abs=2 * jumble_s)
+    if hold_s:
+        assert counts["late"] < 30 * (LASTS_S + 2 * jumble_s)
 
 
 def test_where_it_cannot_be_counted_on_that_is_said():

@@ -15,10 +15,11 @@ AHEAD_S, FASTER = 60.0, 10.0  # a jump ahead of more than that, and so many time
 LASTS_S, FEWEST = 5.0, 5  # for which nothing but earlier times come at their own pace, until the clock was set back
 DOUBTED = 1000  # measurements of one time, at most
 PACE = 2.0  # times what passes here, at which times that come late are no backlog
+JUMBLED_S = 1.0  # by which several sensors' times, as a network jumbles them, are still in order
 
 
 class _Earlier(NamedTuple):
-    """Times in a row that are earlier than what has been handed over."""
+    """Times in a row, in order but for some jumble, that are earlier than what has been handed over."""
 
     since_s: float  # of this machine
     first_s: float
@@ -99,13 +100,13 @@ class SourceClock(Generic[Item]):
     def _is_set_back(self, time_s: float, now_s: float) -> bool:
         """Whether earlier times have come for a while, in their order and as fast as time passes."""
         before = self._earlier
-        if before is None or time_s < before.latest_s:
+        if before is None or time_s < before.latest_s - max(JUMBLED_S, self._feed.hold_s):
             self._earlier = _Earlier(now_s, time_s, time_s)
             return False
-        times = before.times + (time_s > before.latest_s)
-        self._earlier = now = before._replace(latest_s=time_s, times=times)
+        times, latest_s = before.times + (time_s > before.latest_s), max(time_s, before.latest_s)
+        self._earlier = now = before._replace(latest_s=latest_s, times=times)
         lasted_s = now_s - now.since_s
-        return lasted_s >= LASTS_S and times >= FEWEST and time_s - now.first_s <= PACE * lasted_s
+        return lasted_s >= LASTS_S and times >= FEWEST and latest_s - now.first_s <= PACE * lasted_s
 
     def _set_on(self, time_s: float, now_s: float) -> float:
         """Add from now on what the clock was set back by; returns the new time."""
