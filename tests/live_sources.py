@@ -59,13 +59,16 @@ def _ticks(over: threading.Event, every_s: float):
         k += 1
 
 
-def _file(path: Path, header: str, every_s: float, lines: Callable[[int], str]) -> Callable[[threading.Event], None]:
+def _file(
+    path: Path, header: str, every_s: float, lines: Callable[[int], str | bytes]
+) -> Callable[[threading.Event], None]:
     path.write_text(header)
 
     def play(over: threading.Event) -> None:
-        with path.open("a") as file:
+        with path.open("ab") as file:
             for k in _ticks(over, every_s):
-                file.write(lines(k))
+                more = lines(k)
+                file.write(more if isinstance(more, bytes) else more.encode())
                 file.flush()
 
     return play
@@ -166,19 +169,30 @@ def _radar_over_udp(folder: Path) -> Played:
     return Played("radar", f"udp://127.0.0.1:{port}", PLOTS, {}, play, same=False)
 
 
+def samples(k: int) -> np.ndarray:
+    """Noise in which two objects swing."""
+    rng, places = np.random.default_rng(k), np.arange(200)
+    x = 0.6 * rng.standard_normal(200)
+    for middle, phase in ((60, 0.0), (150, 1.0)):
+        there = np.abs(places - middle - 25 * np.sin(phase + k / 100)) <= 4
+        x += there * 1.2 * rng.standard_normal(200)
+    return x
+
+
 def _signals(folder: Path) -> Played:
-    path, places = folder / "signal.csv", np.arange(200)
+    path = folder / "signal.csv"
 
     def line(k: int) -> str:
-        rng = np.random.default_rng(k)
-        x = 0.6 * rng.standard_normal(200)
-        for middle, phase in ((60, 0.0), (150, 1.0)):
-            there = np.abs(places - middle - 25 * np.sin(phase + k / 100)) <= 4
-            x += there * 1.2 * rng.standard_normal(200)
-        return f"{0.1 * k:.1f}," + ",".join(f"{value:.4f}" for value in x) + "\n"
+        return f"{0.1 * k:.1f}," + ",".join(f"{value:.4f}" for value in samples(k)) + "\n"
 
     play = _file(path, "time_s," + ",".join(f"s{k}" for k in range(200)) + "\n", 0.1, line)
     return Played("signal", str(path), {}, {}, play, same=True)
+
+
+def _signals_without_times(folder: Path) -> Played:
+    play = _file(folder / "signal.iq", "", 0.1, lambda k: samples(k).astype("<f4").tobytes())
+    options = {"raw": "f32", "rate_hz": 10, "frame_samples": 200}
+    return Played("signal", str(folder / "signal.iq"), options, {}, play, same=True)
 
 
 def _links(folder: Path) -> Played:
@@ -206,6 +220,7 @@ KINDS: dict[str, Callable[[Path], Played]] = {
     "images": _images,
     "images that go": _images_that_go,
     "signals": _signals,
+    "signals without times": _signals_without_times,
     "radar": _radar,
     "radar over UDP": _radar_over_udp,
     "video": _video,

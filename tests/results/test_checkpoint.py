@@ -47,6 +47,18 @@ def test_the_newest_is_gone_on_from(tmp_path):
     assert known(tmp_path).memory.time_s == 4.0
 
 
+def test_a_track_that_is_shown_from_now_on_is_in_the_state_before_it_is_told(tmp_path, monkeypatch):
+    """Its age was counted from the restart."""
+    monkeypatch.setattr(checkpoint, "SHARE", 1e9)
+    monkeypatch.setattr(checkpoint, "EVERY_S", 1e9)
+    one, memory = Checkpoint(tmp_path, "run"), Memory()
+    for k, shown in enumerate((0.0, 0.0, 1.0, 1.0)):
+        memory.keep(float(k), k)
+        one.keep(memory, {"time_s": float(k), "tracks": [{"track": 1, "status": "confirmed", "shown": shown}]}, k)
+    one.close()
+    assert known(tmp_path).saved.told == 2
+
+
 @pytest.mark.parametrize("steps", [4, 5])
 def test_killed_while_it_is_written_the_one_before_stands(tmp_path, steps):
     kept(tmp_path, *range(steps))

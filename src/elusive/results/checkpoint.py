@@ -15,9 +15,10 @@ from typing import Any, NamedTuple
 
 from elusive.errors import DataError
 from elusive.io.atomic import existing_folder, refused
+from elusive.io.sinks.seen import is_shown
 from elusive.tracking.memory import Memory
 
-EVERY_S = 1.0  # at most so long between two, and where a track begins or ends at once
+EVERY_S = 1.0  # at most so long between two, and where a track begins, ends, is shown or hidden at once
 SHARE = 20  # between two passes so many times what one takes: what was measured since is not in the state
 STATES, MARK = ("state.bin", "spare.bin"), "told.bin"
 TIME = struct.Struct("<d")
@@ -75,7 +76,7 @@ class Checkpoint:
         except DataError:
             self.close()
             raise
-        self._tracks: dict[int, str] = {}
+        self._tracks: dict[int, tuple[str, bool]] = {}
         self._due_s, self._gone_s = 0.0, math.nan
         told = os.pread(self._mark, TIME.size, 0)
         self.told_s = TIME.unpack(told)[0] if self.saved is not None and len(told) == TIME.size else -math.inf
@@ -97,7 +98,7 @@ class Checkpoint:
         DataError
             If the tracker's state cannot be kept at all.
         """
-        tracks = {track["track"]: track["status"] for track in record["tracks"]}
+        tracks = {track["track"]: (track["status"], is_shown(track)) for track in record["tracks"]}
         now_s, said = time.monotonic(), ""
         try:
             if memory.held is not None and (tracks != self._tracks or now_s >= self._due_s):

@@ -64,6 +64,11 @@ class Told(NamedTuple):
     ended: tuple[Seen, ...]  # where they were seen last
 
 
+def is_shown(track: Mapping[str, Any]) -> bool:
+    """Whether sinks are told of a track: of images and signals what rests is none of theirs."""
+    return bool(track.get("shown", 1) != 0)
+
+
 class Watch:
     """Follows which tracks there are from record to record."""
 
@@ -87,8 +92,7 @@ class Watch:
         time_s = float(record["time_s"])
         since, until = SINCE_1970_S
         self._unix_s = time_s if since < time_s < until else _number(record, "unix_s")
-        shown = (track for track in record["tracks"] if track.get("shown", 1) != 0)  # of images: what does not rest
-        now = {int(track["track"]): self._seen(track, time_s) for track in shown}
+        now = {int(track["track"]): self._seen(track, time_s) for track in record["tracks"] if is_shown(track)}
         here = {number: seen for number, seen in now.items() if seen.status != "deleted"}
         ended = tuple(now.get(number, seen) for number, seen in self._latest.items() if number not in here)
         self._first_s = {number: first_s for number, first_s in self._first_s.items() if number in here}
