@@ -140,7 +140,7 @@ class Counts:
         detected, trials, lives = self._lives.sorted_out(every=every)
         errors, trailing = None if self._beside is None else self._beside.fit(), self._trailing
         bunched = self.bunches.share
-        return Heard(detected, trials, found, lives, trailing.wakes, trailing.counted, bunched, errors)
+        return Heard(detected, trials, found, lives, trailing.wakes, trailing.behind, bunched, errors)
 
     def finding(self, sensor: RadarSensor, water: Water | None, way: Array) -> Finding:
         """Judge whether there are many more plots of nothing than are expected, in some band of range.

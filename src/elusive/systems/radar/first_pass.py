@@ -85,15 +85,17 @@ def fitted(
         heard = asked(parameters, begin=begin)
         if not heard.bunched > MOST:  # of ships in company each plot is one's
             break
-        if extent != "hull" and "false_alarm_wakes" in radar.unplaced:
-            wakes = asked(parameters, begin={**begin, "false_alarm_wakes": START}, passes=1)
+        if extent == "hull" or "false_alarm_wakes" not in radar.unplaced:
+            continue
+        wakes = asked(parameters, begin={**begin, "false_alarm_wakes": START}, passes=1)
+        if wakes.behind:
             seen = seen._replace(errors=wakes.errors or seen.errors)
             wakes = asked(parameters, begin={**begin, "false_alarm_wakes": wakes.behind})
-            if wakes.wakes and not wakes.bunched > MOST:
-                heard = wakes
-                found |= {name: getattr(radar.bind(seen), name) for name in radar.untold}
-                break
-            seen = without
+        if wakes.wakes and not wakes.bunched > MOST:
+            heard = wakes
+            found |= {name: getattr(radar.bind(seen), name) for name in radar.untold}
+            break
+        seen = without
     if "detection_probability" in found and heard.trials >= TRIALS:
         shown.add("detection_probability")
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")

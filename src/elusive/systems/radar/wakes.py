@@ -128,19 +128,20 @@ class Trailing:
                 self._far[row] += counts[side] @ np.abs(its.along[side])
 
     @property
-    def counted(self) -> tuple[float, float]:
-        """Plots of wakes a ship and scan, and how far behind they are on the mean [m]."""
+    def behind(self) -> tuple[float, ...]:
+        """Plots a ship and scan behind it, and how far on the mean [m]; nothing where chance explains them."""
         more = float(self._plots[0] - self._plots[1])
-        far = float(self._far[0] - self._far[1]) / more if more > 0 else 0.0
-        return max(more, 0.0) / max(self._scans, 1.0), max(far, NEAREST_M)
+        if not more > ERRORS * math.sqrt(self._variance):
+            return ()
+        return more / max(self._scans, 1.0), max(float(self._far[0] - self._far[1]) / more, NEAREST_M)
 
     @property
     def wakes(self) -> tuple[float, ...]:
-        """:attr:`counted`; nothing where chance explains it, much lies ahead, too, or what is behind goes on and on."""
+        """:attr:`behind`; nothing where much lies ahead, too, or what is behind goes on and on."""
         behind, ahead = self._plots.tolist()
-        beyond_chance = behind - ahead > ERRORS * math.sqrt(self._variance)
-        ends = self.counted[1] < REACH_M / 3  # evenly it would be a half
-        return self.counted if beyond_chance and ahead < AHEAD * behind and ends else ()
+        found = self.behind
+        ends = bool(found) and found[1] < REACH_M / 3  # evenly it would be a half
+        return found if ends and ahead < AHEAD * behind else ()
 
 
 def wakes_finding(wakes: Sequence[float]) -> Finding:
