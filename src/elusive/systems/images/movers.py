@@ -24,10 +24,7 @@ class Movers:
     def __init__(self) -> None:
         self._frames, self._sure, self._gone = 0, 0, 0
         self._marked, self._marks = 0, 0  # frames with marks, and those summed
-        self._coded, self._old = (
-            0,
-            0.0,
-        )  # frames about which a coder repeats blocks, and the share of them that is old, summed
+        self._coded, self._old = 0, 0.0  # frames about which blocks are repeated, and the old share of these, summed
         self._taken, self._boxed, self._middle = 0, 0, (math.nan, math.nan)  # all frames, those with a box, the last
 
     def take(self, belief: PeakBelief) -> None:
