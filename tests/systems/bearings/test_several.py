@@ -10,20 +10,22 @@ from scipy.integrate import quad
 
 from elusive.contracts import DetectionSensor
 from elusive.errors import ParameterError
+from elusive.motion import ConstantVelocity, ManoeuvringVelocity
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.several import CAUTION, crowding_of, decided, fitted
+from elusive.systems.bearings.several import crowding_of, decided, tracker_of
 from elusive.systems.bearings.several_checks import astray_finding
+from elusive.systems.bearings.several_fit import CAUTION, TURNING, fitted
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
 from elusive.tracking.track import Step, Track
 from tests.longer import longer
 from tests.systems.bearings.crowd import PLACES, SITES, crowd, followed
 
-HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0}
+HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0, "manoeuvre_share": 0.0}
 SENSOR = CrowdedBearings(bearings=BearingSensors(positions_m=PLACES, detection_probability=0.9), false_bearings=3.0)
 
 
@@ -129,3 +131,21 @@ def test_times_of_arrival_of_several_are_refused():
         list(track([ArrivalSet(0.0, np.array([0]), np.array([1e-6]))], several, SITES))
     with pytest.raises(ParameterError, match="--motion imm: is of one emitter"):
         list(track([BearingSet(0.0, *np.zeros((3, 1)))], several.replace(motion={"kind": "imm"}), SITES))
+
+
+def test_emitters_manoeuvre_where_pieces_of_their_paths_tell_powers_of_their_own():
+    """Those of one power have none, by chance in one of a thousand; one that turns hard now and then does."""
+    parameters = BearingTracking(emitters={"kind": "several"})
+    _, calm = crowd(3, 2, times=36, false=0.5)
+    assert fitted(parameters, SITES, calm).emitters.manoeuvre_share == 0.0
+    times = np.arange(60.0)
+    heading = np.cumsum(np.where(times % 20 < 4, 0.6, 0.0))
+    way = np.zeros((60, 4))
+    way[:, 1], way[:, 3] = 25 * np.sin(heading), 25 * np.cos(heading)
+    way[:, [0, 2]] = np.cumsum(way[:, [1, 3]], axis=0) - 25 * np.array([0.0, 4.0])
+    turning = BearingSensors(positions_m=PLACES).simulate(way, times, np.random.default_rng(6))
+    found = fitted(parameters, SITES, turning)
+    assert found.emitters.manoeuvre_share == TURNING
+    assert isinstance(tracker_of(found, SITES).motion, ManoeuvringVelocity)
+    given = parameters.replace(emitters=parameters.emitters.replace(manoeuvre_share=0.0))
+    assert type(tracker_of(given, SITES).motion) is ConstantVelocity

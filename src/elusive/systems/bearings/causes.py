@@ -42,6 +42,7 @@ class Cause(NamedTuple):
 
     sentence: str
     remedy: str
+    deviation_deg: float | None = None  # that explains it, where nothing else does
 
 
 class Convention(NamedTuple):
@@ -146,6 +147,7 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
             return Cause(
                 f"they fit with a deviation of {likeliest:.2g} degrees; the ellipses are too small",
                 f"Tell --sigma-deg {likeliest:.2g}, or find it by elusive fit bearings.",
+                likeliest,
             )
     return Cause(
         "they are of another emitter, or less precise than was told, or sensors stand elsewhere",
@@ -195,7 +197,7 @@ def several_explain(heard: Sequence[object], parameters: BearingTracking, sites:
     # an emitter may be heard at some of the times alone
     several = SeveralEmitters(detection_probability=HEARD_AT_TIMES, false_bearings=FALSE_AT_TIMES)
     asked = parameters.replace(motion=parameters.plain_motion, emitters=several)
-    places, sigma = sites.positions_m[:, :2], math.radians(parameters.sigma_deg)
+    places, sigma = sites.positions_m[:, :2], math.radians(parameters.deviation_deg)
     together, near, count, times = 0, 0, 0, 0
     for step in track_several(heard, asked, sites):  # type: ignore[arg-type]
         sure = np.array([track.mean[[X, Y]] for track in step.tracks if track.status == "confirmed"]).reshape(-1, 2)
@@ -226,13 +228,15 @@ def _one_scatters(
                 fix = Geolocation().locate(times.azimuth_rad, places[:, :2])
                 missed.append((fix.residuals_rad**2).sum() / chdtri(len(times.sensor) - 2, 0.75))
     if len(missed) < FIXES:
-        return likeliest_deg < ALONE * parameters.sigma_deg
+        return likeliest_deg < ALONE * parameters.deviation_deg
     return math.degrees(math.sqrt(np.quantile(missed, 0.25))) > CROSSING * likeliest_deg
 
 
 def _likeliest(heard: Sequence[object], parameters: BearingTracking, sites: SensorSites) -> float | None:
     """Return the deviation of most evidence, if the bearings then lie about the track as it says [deg]."""
-    tried = [times * parameters.sigma_deg for times in DEVIATIONS if times * parameters.sigma_deg <= SIGMA_MOST_DEG]
+    tried = [
+        times * parameters.deviation_deg for times in DEVIATIONS if times * parameters.deviation_deg <= SIGMA_MOST_DEG
+    ]
     found = [(sigma_deg, tracked(heard, parameters.replace(sigma_deg=sigma_deg), sites)) for sigma_deg in tried]
     known = [(steps[-1].state.log_evidence, sigma_deg, scale) for sigma_deg, (steps, scale) in found if steps]
     known = [row for row in known if math.isfinite(row[0])]

@@ -54,8 +54,8 @@ def track_findings(
     found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
     found.append(times_finding([step.measurement for step in steps], said))
     heard = [step.measurement for step in steps]
-    found.append(repeated_finding(heard, sites, parameters.sigma_deg, said))
-    found.append(mirrored_finding(heard, sites, parameters.sigma_deg, said))
+    found.append(repeated_finding(heard, sites, parameters.deviation_deg, said))
+    found.append(mirrored_finding(heard, sites, parameters.deviation_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return tuple(found)
     flt = parameters.filter
@@ -176,7 +176,7 @@ def _convergence(steps: Sequence[Step], parameters: BearingTracking, said: str) 
 
 
 def _precision(parameters: BearingTracking, heard: type[object]) -> str:
-    told = f"--sigma-deg {parameters.sigma_deg:g}"
+    told = f"--sigma-deg {parameters.deviation_deg:g}"
     if heard is BearingSet:
         return told
     arrivals = f"--sigma-s {parameters.arrivals.sigma_s:g}"

@@ -172,6 +172,9 @@ class SeveralEmitters(Model):
     false_bearings: Positive | None = Field(
         None, description="Mean number of false bearings of a sensor at a time; none: found, live 1"
     )
+    manoeuvre_share: Probability | None = Field(
+        None, description="With cv: how often an emitter accelerates 30 times as hard; none: found, 0 or 0.1, live 0"
+    )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
     speed_sd_mps: Positive = Field(15.0, description="Deviation of a new emitter's velocity, on each axis [m/s]")

@@ -88,7 +88,7 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     used = sorted({number for part in heard for times in part for number in times.sensor.tolist()})
     if not 3 <= len(used) <= SENSORS:
         return None
-    errors = errors_of(heard, base, sites, used, parameters.sigma_deg)
+    errors = errors_of(heard, base, sites, used, parameters.deviation_deg)
     found = _explaining(errors, heard, sites, asked, base)
     if not found:
         return None
@@ -114,7 +114,7 @@ def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSit
     if asked is None or not isinstance(asked.filter, Estimation):  # they are estimated
         return True
     part = [times for times in heard[:LONGEST] if len(times.sensor)]
-    biased = asked.replace(filter=asked.filter.replace(bias=AngleBias(sd_deg=parameters.sigma_deg)))
+    biased = asked.replace(filter=asked.filter.replace(bias=AngleBias(sd_deg=parameters.deviation_deg)))
     base, other = path_of(part, asked, sites), path_of(part, biased, sites)
     return base is not None and other is not None and evidence_of(base) > evidence_of(other) + TWENTY_TO_ONE
 

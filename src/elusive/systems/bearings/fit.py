@@ -15,13 +15,14 @@ from scipy.optimize import minimize
 
 from elusive.checks.fitted import Fit, Fitted
 from elusive.contracts import Array
-from elusive.errors import DataError, ElusiveError
+from elusive.errors import DataError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import BatchMap, Cruise, OneEmitter, UseElevations
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.powers import whole_path
 from elusive.systems.bearings.track import track
 
 TIMES, EVALUATIONS = 800, 120  # of the recording's middle; of the evidence
@@ -56,12 +57,10 @@ def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites) -> Fit:
     count = 3 if solid else 2
 
     def cost(logs: Array) -> float:
-        try:
-            steps = list(track(part, _parameters(logs, solid), sites))
-        except ElusiveError:
+        path = whole_path(_parameters(logs, solid), part, sites)
+        if path is None:
             return math.inf
-        evidence = float(steps[-1].state.log_evidence)
-        return -evidence if math.isfinite(evidence) else 1e300
+        return -path.log_evidence if math.isfinite(path.log_evidence) else 1e300
 
     begun = np.log(FIRST[:count])
     bounds = [(math.log(LEAST), math.log(GREATEST)), *[(math.log(CALM), math.log(WILD))] * (count - 1)]

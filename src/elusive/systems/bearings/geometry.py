@@ -46,13 +46,13 @@ def geometry_findings(
         found.append(_remote(places, spread, stations, away, bearings, parameters, sites, said))
         count = sum(len(times.sensor) for times in bearings)
         second = float(np.median(np.sort(away, axis=1)[:, 1]))
-        allowed = math.radians(parameters.sigma_deg) * second / math.sqrt(max(count, 1))
+        allowed = math.radians(parameters.deviation_deg) * second / math.sqrt(max(count, 1))
         claimed = float(np.median(np.sqrt(np.linalg.eigvalsh(spread)[:, 1])))
         found.append(
             Finding(
                 "bearings.ellipse", claimed >= TOO_SURE * allowed, allowed, claimed,
                 f"{upper(said + 'the place')} is claimed to {claimed:.2g} m, and all {count} bearings of "
-                f"{parameters.sigma_deg:g} degrees together allow {allowed:.2g} m at that distance.",
+                f"{parameters.deviation_deg:g} degrees together allow {allowed:.2g} m at that distance.",
                 "Do not rely on the ellipses; look whether the sensors' places are right and in metres.",
             )
         )  # fmt: skip
@@ -78,15 +78,15 @@ def _remote(
     off = places[:, None] - stations  # (K, n, 2)
     slope = np.stack([off[..., 1], -off[..., 0]], axis=-1) / np.maximum(away, 1e-9)[..., None] ** 2
     shifts = np.einsum("kab,knb->kna", np.linalg.pinv(np.einsum("kna,knb->kab", slope, slope)), slope)
-    shift = math.radians(parameters.sigma_deg) * float(np.median(np.linalg.norm(shifts, axis=2).max(axis=1)))
+    shift = math.radians(parameters.deviation_deg) * float(np.median(np.linalg.norm(shifts, axis=2).max(axis=1)))
     claimed = float(np.median(np.sqrt(np.trace(spread, axis1=1, axis2=2))))
     far = float(np.median(away.min(axis=1))) / max(extent, 1e-9)
     perhaps = far >= REMOTE and shift >= SHIFTED * claimed
     return Finding(
         "bearings.remote", not perhaps or norths_are_exact(heard, parameters, sites), claimed, shift,
         f"{upper(said + 'the emitter')} is {far:.0f} times as far as the sensors are apart: if the north of one is "
-        f"off by {parameters.sigma_deg:g} degrees all the time, the place is {shift:.2g} m elsewhere, and the bearings "
-        f"fit as well. The {claimed:.2g} m that are claimed hold for norths that are exact.",
+        f"off by {parameters.deviation_deg:g} degrees all the time, the place is {shift:.2g} m elsewhere, and the "
+        f"bearings fit as well. The {claimed:.2g} m that are claimed hold for norths that are exact.",
         "Measure each sensor's north, or let it be estimated: --bias-sd-deg with --bias-memory-s 1e6.", grave=False,
     )  # fmt: skip
 

@@ -89,7 +89,7 @@ def rounding_finding(steps: Sequence[Step], parameters: BearingTracking, sites: 
         step = whole_step(its)
         if len(its) >= FEW and np.ptp(np.round(its, 6)) > 0 and step > widest:
             widest, name = step, sites.names[number]
-    sigma = parameters.sigma_deg
+    sigma = parameters.deviation_deg
     return Finding(
         "bearings.rounding", widest <= COARSE * sigma, sigma, widest,
         f"{said}All azimuths of sensor {name} are whole multiples of {widest:g} degrees, and --sigma-deg "
@@ -147,7 +147,7 @@ def _again(rows: Sequence[tuple[float, Array]], sigma: float) -> tuple[Array, fl
 
 def clock_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str = "") -> Finding:
     """Check that readings of one time were taken at one: they do not drift in their order as an emitter passes."""
-    products, squares, longest, sigma = 0.0, 0.0, 1, math.radians(parameters.sigma_deg)
+    products, squares, longest, sigma = 0.0, 0.0, 1, math.radians(parameters.deviation_deg)
     for step in steps:
         times = step.measurement
         if not step.tracks or not isinstance(times, BearingSet) or len(np.unique(times.sensor)) == len(times.sensor):

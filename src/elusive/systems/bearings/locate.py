@@ -68,7 +68,7 @@ class EmitterLocation(Geolocation):
         _, sensor, azimuth = bearings_of(heard)
         east, north = (emitter.mean[[X, Y]] - sites.positions_m[sensor, :2]).T
         residual = wrapped(azimuth - np.arctan2(east, north))
-        sigma = math.radians(tracking.sigma_deg) if len(azimuth) else math.nan
+        sigma = math.radians(tracking.deviation_deg) if len(azimuth) else math.nan
         covariance = emitter.covariance[np.ix_([X, Y], [X, Y])]
         return Fix(emitter.mean[[X, Y]], covariance, sigma, np.ones(len(azimuth)), residual, 1, ())
 

@@ -52,7 +52,7 @@ def pairings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     used = sorted(set[int]().union(*(set(step.measurement.sensor.tolist()) for step in steps)))
     if len(used) != 2:
         return None
-    heard = _followed(steps, used, math.radians(parameters.sigma_deg), sites)
+    heard = _followed(steps, used, math.radians(parameters.deviation_deg), sites)
     tracks = sorted(heard, key=lambda number: -len(heard[number][0]))[:MOST]
     if len(tracks) < 2:
         return None

@@ -70,7 +70,10 @@ class BearingTracking(Model):
     emitters: Emitters = Field(
         AsHeard(), description="How many; auto: several where a sensor's bearings of one time lie apart, and it is said"
     )
-    sigma_deg: Positive = Field(1.0, le=90, description="Deviation of a bearing [deg]")
+    usual_sigma_deg: ClassVar[float] = 1.0
+    sigma_deg: Positive | None = Field(
+        None, le=90, description="Deviation of a bearing [deg]; none: found of one emitter, live and of several 1"
+    )
     elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
         UseElevations(), description="What to do with elevations, where the bearings have them"
     )
@@ -166,6 +169,11 @@ class BearingTracking(Model):
         )  # fmt: skip
 
     @property
+    def deviation_deg(self) -> float:
+        """Deviation of a bearing, the usual one where none is given [deg]."""
+        return self.usual_sigma_deg if self.sigma_deg is None else self.sigma_deg
+
+    @property
     def plain_motion(self) -> PlainMotion:
         """The motion, of several the plainest; a power that is not given is the usual one."""
         return _powered(self.motion.cv if isinstance(self.motion, Interacting) else self.motion)
@@ -187,7 +195,7 @@ class BearingTracking(Model):
         shared: dict[str, Any] = {
             "positions_m": [tuple(place) for place in sites.positions_m.tolist()], "dimensions": 3 if solid else 2,
         }  # fmt: skip
-        bearings = BearingSensors(sigma_deg=self.sigma_deg, **shared)
+        bearings = BearingSensors(sigma_deg=self.deviation_deg, **shared)
         if heard is BearingSet:
             return bearings
         arrivals = ArrivalTimeSensors(**shared, **dict(self.arrivals))

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtri
 
 from elusive.contracts import Array, X, Y
 from elusive.errors import ElusiveError
@@ -25,6 +26,7 @@ LEAST_TIMES = 8  # of an emitter, to tell anything
 LATEST, FIRST, EVERY = 200, 10, 100  # times that tell live, after how many first, and how often at the rarest
 LONGEST, PIECES = 2000, 10  # times, beyond which so many pieces of the recording tell
 DECADES = tuple(range(-4, 6))  # about the usual power
+PIECE, BY_CHANCE = 12, 1e-3  # times of a path that has a power of its own, and how often they differ by chance
 BACK = 0.2  # share of a path's steps that the next ones take back
 CAUTION = 2.0  # deviations of a power, a decade at most, that it is taken greater: a small one makes ellipses small
 BEFOREHAND = 1.5  # deviation of a power's decimal logarithm about the usual one's, before anything is heard
@@ -48,9 +50,7 @@ def powers_found(
         What is heard of each, in the order of time.
     """
     told = [part for heard in emitters for part in _pieces(heard) if _tells(part)]
-    kept = parameters.filter if isinstance(parameters.filter, Estimation) else BatchMap()
-    settings = {field: getattr(kept, field) for field in Estimation.model_fields}
-    asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter(), filter=BatchMap(**settings))
+    asked = _asked(parameters)
     for name, usual in _missing(parameters, told):
         power = _likeliest(asked, name, usual, told, sites) if told else usual
         if told and name == "q" and _to_and_fro(_with(asked, name, power), told, sites):
@@ -90,6 +90,32 @@ class LivePowers:
         return found != before
 
 
+def manoeuvres_told(parameters: BearingTracking, sites: SensorSites, emitters: Sequence[Sequence[PlaceSet]]) -> bool:
+    """Say whether emitters fly calmly at times and hard at others, or some of them so and some so.
+
+    Pieces of their paths then have powers of their own: by the ratio of likelihoods against one power for all (Wilks,
+    1938), whose logarithm is half a chi-square of a degree of freedom for each further piece.
+
+    Parameters
+    ----------
+    parameters, sites, emitters
+        As in :func:`powers_found`.
+    """
+    parts = [heard[k : k + PIECE] for heard in emitters for k in range(0, len(heard) - PIECE + 1, PIECE)]
+    parts = [part for part in parts if _tells(part)]
+    if len(parts) < 2 or not isinstance(parameters.motion, Powered):
+        return False
+    asked, usual = _asked(parameters), parameters.motion.usual_q
+    ways = [_with(asked, "q", usual * 10**decade) for decade in DECADES]
+    paths = [[whole_path(way, part, sites) for way in ways] for part in parts]
+    levels = np.array([[-math.inf if path is None else path.log_evidence for path in row] for row in paths])
+    levels = levels[np.isfinite(levels).all(axis=1)]
+    if len(levels) < 2:
+        return False
+    gain = levels.max(axis=1).sum() - levels.sum(axis=0).max()
+    return bool(2 * gain > chdtri(len(levels) - 1, BY_CHANCE))
+
+
 def _missing(parameters: BearingTracking, told: Sequence[Sequence[PlaceSet]]) -> list[tuple[str, float]]:
     """Name the powers that are not given, each with the usual one."""
     missing = list[tuple[str, float]]()
@@ -99,6 +125,13 @@ def _missing(parameters: BearingTracking, told: Sequence[Sequence[PlaceSet]]) ->
     if isinstance(elevations, UseElevations) and elevations.q_vertical is None and any(map(have_elevations, told)):
         missing.append(("q_vertical", elevations.usual_q))
     return missing
+
+
+def _asked(parameters: BearingTracking) -> BearingTracking:
+    """Return what one emitter's whole path is estimated with."""
+    kept = parameters.filter if isinstance(parameters.filter, Estimation) else BatchMap()
+    settings = {field: getattr(kept, field) for field in Estimation.model_fields}
+    return parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter(), filter=BatchMap(**settings))
 
 
 def _with(parameters: BearingTracking, name: str, power: float) -> BearingTracking:
@@ -131,7 +164,7 @@ def _likeliest(
 
     def evidence(decade: float) -> float:
         one = _with(asked, name, usual * 10**decade)
-        paths = [_path(one, part, sites) for part in told]
+        paths = [whole_path(one, part, sites) for part in told]
         return (
             sum(-math.inf if path is None else path.log_evidence for path in paths) - 0.5 * (decade / BEFOREHAND) ** 2
         )
@@ -157,13 +190,14 @@ def _to_and_fro(asked: BearingTracking, told: Sequence[Sequence[PlaceSet]], site
     """Say whether the path goes back, from one time to the next, much of the way that it came."""
     on, way = 0.0, 0.0
     for part in told:
-        path = _path(asked, part, sites)
+        path = whole_path(asked, part, sites)
         moved = np.empty((0, 2)) if path is None else np.diff(path.states[:, [X, Y]], axis=0)
         on, way = on + float((moved[1:] * moved[:-1]).sum()), way + float((moved**2).sum())
     return on < -BACK * way
 
 
-def _path(parameters: BearingTracking, heard: Sequence[Any], sites: SensorSites) -> SmoothedPath | None:
+def whole_path(parameters: BearingTracking, heard: Sequence[Any], sites: SensorSites) -> SmoothedPath | None:
+    """Return the most probable path of one emitter, by ``--filter map``; None where there is none."""
     smoother = parameters.bind(sites, type(heard[0]), elevations=have_elevations(heard))
     assert isinstance(smoother, MapSmoother)
     try:

@@ -38,7 +38,7 @@ def receiver_finding(
         return None
     base = path_of(heard, asked, sites)
     moved = away_m = lost = 0.0
-    for size in (-parameters.sigma_deg, parameters.sigma_deg):
+    for size in (-parameters.deviation_deg, parameters.deviation_deg):
         turned = [shifted(times, [*used], np.full(len(times.sensor), np.deg2rad(size))) for times in heard]
         other = path_of(turned, asked, sites)
         if base is None or other is None or evidence_of(base) - evidence_of(other) > UNSEEN:
@@ -50,7 +50,7 @@ def receiver_finding(
     return Finding(
         "bearings.receiver", moved <= MOVED, 0.0, moved,
         f"{said}One receiver alone moves, and its heading and places are taken as exact, which nothing here can "
-        f"contradict: were all azimuths {parameters.sigma_deg:g} degrees off, they would fit as well (log evidence "
+        f"contradict: were all azimuths {parameters.deviation_deg:g} degrees off, they would fit as well (log evidence "
         f"{lost:+.1f}), and the path would lie {away_m:.3g} m away, {moved:.1f} of its deviations. An error of a "
         "hundredth in the receiver's own way is a hundredth of the distance.",
         "Take the ellipses for those of an exact heading; measure it on an emitter whose place is known, or add a "

@@ -167,7 +167,7 @@ def _table(tracked: BearingsTracked, parameters: BearingTracking, steps: Sequenc
     rows = [
         ("Times", f"{len(steps)}, mostly {usual} s apart, at most {gaps.max(initial=0.0):.3g} s"),
         ("Bearings by sensor", by_sensor[:200]),
-        ("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, {parameters.sigma_deg:g} degrees"),
+        ("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, {parameters.deviation_deg:g} degrees"),
         ("Dimensions", "3: heights from elevations" if tracked.heights is not None else "2"),
     ]
     if len(residual):

@@ -25,13 +25,15 @@ from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.choices import SeveralEmitters
+from elusive.systems.bearings.deviation import deviation_found
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
-from elusive.systems.bearings.several import crowding_of, decided, fitted
+from elusive.systems.bearings.several import crowding_of, decided
 from elusive.systems.bearings.several_checks import several_findings
+from elusive.systems.bearings.several_fit import fitted
 from elusive.systems.bearings.several_results import names_of, several_outcome
 from elusive.systems.bearings.track import Emitter, together, track, track_labelled
 from elusive.tracking.memory import Memory
@@ -95,8 +97,9 @@ def track_bearings_recording(
     emitters, elevated = parameters.emitters, have_elevations(heard)
     if isinstance(emitters, SeveralEmitters):
         parameters = fitted(parameters, sites, heard)
-    elif not labels:
-        parameters = powers_found(parameters, sites, [heard])
+    else:
+        parameters = deviation_found(parameters, sites, max(by_label.values(), key=len))
+        parameters = parameters if labels else powers_found(parameters, sites, [heard])
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
         outcome: BearingOutcome[Any]
@@ -187,7 +190,7 @@ def follow_bearings(
             # nothing that is checked of several reads their clouds, which for all of these times would fill memory
             latest.append(step if isinstance(step.state, Emitter) else step._replace(state=None))
             steps_done += 1
-            if alone and crowding_of([step.measurement], parameters.sigma_deg).several:
+            if alone and crowding_of([step.measurement], parameters.deviation_deg).several:
                 remarks.append(f"{moment(step.time_s)}: {ONE_OF_MANY}")
                 alone = False  # it is said once
             if steps_done == due:

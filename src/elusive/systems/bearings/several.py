@@ -8,18 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elusive.contracts import X, Y
+from elusive.contracts import Motion
 from elusive.errors import ParameterError
 from elusive.motion import ConstantVelocity, ManoeuvringVelocity
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import BearingSensors, wrapped
 from elusive.sensors.crowded_bearings import CrowdedBearings
-from elusive.systems.bearings.choices import AsHeard, OneEmitter, Powered, SeveralEmitters
+from elusive.systems.bearings.choices import AsHeard, OneEmitter, SeveralEmitters
 from elusive.systems.bearings.heard import angles_of
-from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import powers_found
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -27,10 +25,6 @@ from elusive.tracking.track import Step
 NEAR = 4.0  # deviations by which bearings of one emitter hardly differ
 FEW = 0.1  # share of bearings that may be strays
 USUALLY_HEARD, USUALLY_FALSE = 0.9, 1.0
-LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
-CAUTION = 0.95  # of what is found: taken for too great, it makes a track that is missed follow false bearings
-FITTED_TIMES = 200  # from which is found how well emitters are heard
-AGAIN, LIKE = 2, 4.0  # passes at most for how emitters move, and times a power by which another is followed alike
 RULES = ("births_per_s", "speed_sd_mps", "mean_life_s", "merge_within", "forget_below", "particles", "lifecycle")
 
 
@@ -77,7 +71,7 @@ def decided(
                 "--emitters several: tells apart what the column emitter tells already; leave one of the two out."
             )
         return parameters.replace(emitters=OneEmitter()), "as the column emitter names them, each tracked by itself"
-    crowd = crowding_of(heard, parameters.sigma_deg)
+    crowd = crowding_of(heard, parameters.deviation_deg)
     if crowd.most < 2:
         why = "no sensor has two bearings at a time"
     else:
@@ -102,77 +96,25 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
     parameters.check(live=False)
     sensor = CrowdedBearings(
         bearings=BearingSensors.at(
-            sites, sigma_deg=parameters.sigma_deg, detection_probability=emitters.detection_probability or USUALLY_HEARD
+            sites,
+            sigma_deg=parameters.deviation_deg,
+            detection_probability=emitters.detection_probability or USUALLY_HEARD,
         ),
         false_bearings=emitters.false_bearings or USUALLY_FALSE,
         reach_m=emitters.reach_m,
     )
     rules = {name: getattr(emitters, name) for name in RULES}
-    motion = parameters.over_ground(parameters.plain_motion, solid=False)
+    motion: Motion = parameters.over_ground(parameters.plain_motion, solid=False)
+    if emitters.manoeuvre_share and type(motion) is ConstantVelocity:
+        motion = ManoeuvringVelocity(q=motion.q, share=emitters.manoeuvre_share)
     # drawing particles anew was no gain: NEES 4.3 +- .2 for 4, 4.0 +- .1 without (four recordings of five emitters)
     return DetectionTracker(
-        motion=ManoeuvringVelocity(q=motion.q) if type(motion) is ConstantVelocity else motion,
+        motion=motion,
         sensor=sensor,
         kernel_width=1.0,
         redraw_below=0.0,
         **rules,
     )
-
-
-def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
-    """Find how hard emitters manoeuvre, how often sensors hear one and what is false, where that is not given.
-
-    From a first pass: the evidence of each track's own bearings, and how often a bearing lies near that of a confirmed
-    track, less how often one does by chance. Who manoeuvres far more or less than usual is followed a second time.
-    """
-    emitters = parameters.emitters
-    assert isinstance(emitters, SeveralEmitters)
-    powerless = isinstance(parameters.motion, Powered) and parameters.motion.q is None
-    if emitters.detection_probability is not None and emitters.false_bearings is not None and not powerless:
-        return parameters
-    steps, given = _first_pass(parameters, sites, heard), parameters
-    for _ in range(AGAIN if powerless else 0):
-        before = parameters.plain_motion
-        own = own_steps(steps, sites, parameters.sigma_deg)
-        alone = [[step.measurement for step in part if len(step.measurement.sensor)] for part in own.values()]
-        parameters = powers_found(given, sites, alone)
-        assert isinstance(before, Powered)
-        assert isinstance(parameters.motion, Powered)
-        if abs(math.log((parameters.motion.q or 1.0) / (before.q or 1.0))) < math.log(LIKE):
-            break
-        steps = _first_pass(parameters, sites, heard)
-    scans, bearings, expected, hits, chance = 0, 0, 0, 0, 0.0
-    places, sigma = sites.positions_m[:, :2], math.radians(parameters.sigma_deg)
-    for step in steps:
-        found = [track for track in step.tracks if track.status == "confirmed"]
-        mean = np.array([track.mean[[X, Y]] for track in found]).reshape(-1, 2)
-        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in found]).reshape(-1, 2, 2)
-        for sensor in np.unique(step.measurement.sensor).tolist():
-            angle = step.measurement.azimuth_rad[step.measurement.sensor == sensor]
-            off = mean - places[sensor]
-            slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-            reach = NEAR * np.sqrt(sigma**2 + np.einsum("ni,nij,nj->n", slope, spread, slope))
-            near = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None])) < reach[:, None]
-            scans, bearings, expected = scans + 1, bearings + len(angle), expected + len(found)
-            hits += int(near.any(axis=1).sum())
-            others = max(len(angle) - USUALLY_HEARD, 0.0)
-            chance += float((1 - np.exp(-others * reach / math.pi)).sum())
-    heard_share = USUALLY_HEARD
-    if expected:
-        heard_share = 1 - (1 - hits / expected) / max(1 - chance / expected, 0.1)
-        heard_share = min(max(heard_share, LEAST_HEARD), MOST_HEARD)
-    false = max((bearings - heard_share * expected) / max(scans, 1), LEAST_FALSE)
-    heard_share *= CAUTION
-    return parameters.replace(
-        emitters=emitters.replace(
-            detection_probability=emitters.detection_probability or round(heard_share, 3),
-            false_bearings=emitters.false_bearings or round(false, 3),
-        )
-    )
-
-
-def _first_pass(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> list[Step]:
-    return [step._replace(state=None) for step in track_several(heard[:FITTED_TIMES], parameters, sites)]
 
 
 def track_several(

@@ -93,7 +93,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
 
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
     """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
-    sigma, places = math.radians(parameters.sigma_deg), sites.positions_m[:, :2]
+    sigma, places = math.radians(parameters.deviation_deg), sites.positions_m[:, :2]
     squares = dict[int, list[tuple[float, float, float]]]()  # of each track: time, sum, and what is expected of it
     for step in steps:
         sure = [track for track in step.tracks if track.status == "confirmed"]
@@ -143,7 +143,7 @@ def coherent(scale: CrowdScale) -> bool:
 
 def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
     """Check the tracks of several emitters in unlabelled bearings."""
-    scale = crowd_scale(steps, sites, parameters.sigma_deg)
+    scale = crowd_scale(steps, sites, parameters.deviation_deg)
     error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
     wide = scale.number >= LEAST and scale.half > WIDE + error
     ghosts = scale.crossed > CROSSED
@@ -152,12 +152,12 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     found = [
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
-        repeated_finding([step.measurement for step in steps], sites, parameters.sigma_deg),
-        mirrored_finding([step.measurement for step in steps], sites, parameters.sigma_deg),
+        repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),
+        mirrored_finding([step.measurement for step in steps], sites, parameters.deviation_deg),
         Finding(
             "bearings.residuals", not wide, 1.0, scale.half,
             f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "
-            f"{parameters.sigma_deg:g} allows in the median{sentence}.", remedy,
+            f"{parameters.deviation_deg:g} allows in the median{sentence}.", remedy,
         ),
         Finding(
             "bearings.leftovers", not coherent(scale), scale.chance, scale.repeated,
@@ -180,12 +180,12 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
         found.append(
             Finding(
                 "bearings.deviation", not narrow, 1.0, scale.half,
-                f"Bearings lie {scale.half:.2g} times as far from the tracks as --sigma-deg {parameters.sigma_deg:g} "
-                "has them in the median: it is too large, and so are the ellipses.",
-                f"Tell about {scale.half * parameters.sigma_deg:.2g}.", grave=False,
+                f"Bearings lie {scale.half:.2g} times as far from the tracks as --sigma-deg "
+                f"{parameters.deviation_deg:g} has them in the median: it is too large, and so are the ellipses.",
+                f"Tell about {scale.half * parameters.deviation_deg:.2g}.", grave=False,
             )
         )  # fmt: skip
-    own = own_steps(steps, sites, parameters.sigma_deg)
+    own = own_steps(steps, sites, parameters.deviation_deg)
     if not wide:
         longest = sorted(own.values(), key=len, reverse=True)[:MOST_EMITTERS]
         found.append(fault_finding(fault_of(longest, parameters, sites), ""))
@@ -209,11 +209,11 @@ def _cause(
         if _leaves(reread(heard, convention), parameters, sites, wanted):
             return f"; they fit if the azimuths are read {convention.name}", convention.remedy
     for times in LARGER:
-        other = parameters.replace(sigma_deg=min(times * parameters.sigma_deg, 30.0))
+        other = parameters.replace(sigma_deg=min(times * parameters.deviation_deg, 30.0))
         if _leaves(heard, other, sites, wanted):
             return (
-                f"; less is left with a deviation of {other.sigma_deg:.2g} degrees",
-                f"Tell the deviation that was measured: about {other.sigma_deg:.2g} degrees.",
+                f"; less is left with a deviation of {other.deviation_deg:.2g} degrees",
+                f"Tell the deviation that was measured: about {other.deviation_deg:.2g} degrees.",
             )
     return (
         "; they are less precise than was told, or sensors stand elsewhere, or emitters move otherwise",
@@ -223,6 +223,6 @@ def _cause(
 
 def _leaves(heard: list[BearingSet], parameters: BearingTracking, sites: SensorSites, wanted: float) -> bool:
     """Say whether tracks leave no more than a share, and what is near them lies as it should."""
-    other = crowd_scale(list(track_several(heard, parameters, sites)), sites, parameters.sigma_deg)
+    other = crowd_scale(list(track_several(heard, parameters, sites)), sites, parameters.deviation_deg)
     fits = other.left < wanted and not coherent(other) and other.number >= LEAST
     return fits and other.half < WIDE and other.crossed < CROSSED

@@ -109,7 +109,7 @@ def _table(tracked: SeveralTracked, parameters: BearingTracking) -> list[tuple[s
     gaps, counts = np.diff(tracked.times_s), np.bincount(tracked.sensor, minlength=len(tracked.names))
     usual = f"{float(np.median(gaps)):.3g}" if len(gaps) else "nan"
     by_sensor = ", ".join(f"{name}: {n}" for name, n in zip(tracked.names, counts, strict=True) if n)
-    near = np.abs(tracked.residual_deg) < EXPLAINED * parameters.sigma_deg
+    near = np.abs(tracked.residual_deg) < EXPLAINED * parameters.deviation_deg
     rows = [
         ("Times", f"{len(tracked.times_s)}, mostly {usual} s apart, at most {gaps.max(initial=0.0):.3g} s"),
         ("Bearings by sensor", by_sensor[:200]),
@@ -119,7 +119,7 @@ def _table(tracked: SeveralTracked, parameters: BearingTracking) -> list[tuple[s
         heard, false = emitters.detection_probability, emitters.false_bearings
         rows.append(("Heard", f"an emitter with probability {heard:.2f}, {false:.2g} false bearings a sensor and time"))
         rows.append(("Tracker", f"{emitters.particles} particles, motion {parameters.moves}, "
-                     f"{parameters.sigma_deg:g} degrees"))  # fmt: skip
+                     f"{parameters.deviation_deg:g} degrees"))  # fmt: skip
     else:
         rows.append(("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, each by itself"))
     rows.append((f"Bearings within {EXPLAINED:g} deviations of a track", f"{100 * near.mean():.0f} %"))

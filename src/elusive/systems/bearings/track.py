@@ -22,7 +22,8 @@ from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations,
 from elusive.systems.bearings.heard import angles_of, have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import LivePowers, powers_found
-from elusive.systems.bearings.several import decided, fitted, track_several
+from elusive.systems.bearings.several import decided, track_several
+from elusive.systems.bearings.several_fit import fitted
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Status, Step, Track
 

@@ -59,7 +59,7 @@ def turned_sensor(
     name, off = sites.names[number], _turned_by(number, heard, steps, sites)
     mean = float(np.angle(np.exp(1j * off).mean()))
     rest = wrapped(off - mean)
-    spread, sigma = float(np.median(np.abs(rest))) / HALF, math.radians(parameters.sigma_deg)
+    spread, sigma = float(np.median(np.abs(rest))) / HALF, math.radians(parameters.deviation_deg)
     degrees = math.degrees(abs(mean))
     if len(off) >= FEW and spread < STEADY * sigma:
         turned = f"the azimuths of sensor {name} are about {degrees:.3g} degrees too {'large' if mean > 0 else 'small'}"
