@@ -24,6 +24,10 @@ def test_the_example_is_run_and_objects_put_in_and_taken_out(served: Served, ope
     shown = report(page, "001-signals_scene")
     shown.get_by_text("One object was found").first.wait_for()
     picture(page, "signals")
+    page.set_viewport_size({"width": 800, "height": 900})
+    bars = shown.locator(".panel figcaption small").filter(has=page.locator("i"))
+    assert bars.count() == 2
+    assert [bar.inner_text() for bar in bars.all() if bar.evaluate("(one) => one.scrollWidth > one.clientWidth")] == []
     field(page, "start").fill("9000")
     told(page, "Object 1 begins at sample 9000, outside of the 600 samples")
     field(page, "start").fill("100")
