@@ -29,11 +29,23 @@ def lived(rng, clutter, ships, mean):
     return band, np.minimum(left, until), (until < left).astype(float)
 
 
+def moved(rng, clutter, ships, known_mps=0.5):
+    """Velocities of clutter, nine in ten alike, and of ships, as they are known to half a metre a second."""
+    ways = np.where(rng.random((clutter, 1)) < 0.9, rng.normal([3.0, 4.0], 1.0, (clutter, 2)), 0.0)
+    ways[ways[:, 0] == 0] = rng.normal(0, 8, ((ways[:, 0] == 0).sum(), 2))
+    ways = np.concatenate([ways, rng.normal(0, 8, (ships, 2))])
+    return ways + rng.normal(0, known_mps, ways.shape), np.tile(known_mps**2 * np.eye(2), (len(ways), 1, 1))
+
+
 def test_short_lives_are_told_from_ships():
     rng = np.random.default_rng(2)
     band, scans, ended = lived(rng, 300, 24, 5.0)
-    (mean, *ratio), short = short_lives(band, scans, ended)
+    lives, short = short_lives(band, scans, ended, *moved(rng, 300, 24))
+    drift, mean, ratio = lives[:4], lives[4], lives[5:]
     assert abs(mean - 5.0) < 4 * 5.0 / np.sqrt(300)
+    assert np.abs(np.array(drift[:2]) - [3.0, 4.0]).max() < 4 * np.hypot(1.0, 0.5) / np.sqrt(270)
+    assert abs(drift[2] - 1.0) < 4 * np.hypot(1.0, 0.5) ** 2 / np.sqrt(4 * 270)
+    assert abs(drift[3] - 0.1) < 4 * np.sqrt(0.09 / 300)
     assert sum(ratio[2:]) < 1.0  # all of them came near the radar
     expected = (1 - ERRORS / np.sqrt(300)) * 150 / (4 + 1)
     assert expected / 3 < np.mean(ratio[:2]) < 3 * expected  # of four ships each
@@ -45,14 +57,15 @@ def test_short_lives_are_told_from_ships():
 def test_of_ships_alone_and_of_a_few_lost_ones_nothing_is_told(seed):
     rng = np.random.default_rng(seed)
     band, scans, ended = lived(rng, 6, 30, 5.0)
-    assert short_lives(band, scans, ended)[0] == ()
+    assert short_lives(band, scans, ended, *moved(rng, 6, 30))[0] == ()
     assert lasting_finding(()).holds
-    assert short_lives(*(np.zeros(0, kind) for kind in (np.int64, float, float)))[0] == ()
+    nothing = (np.zeros(0, kind) for kind in (np.int64, float, float))
+    assert short_lives(*nothing, np.zeros((0, 2)), np.zeros((0, 2, 2)))[0] == ()
 
 
 def test_existence_is_the_share_of_ships_among_those_that_lived_as_long():
     rng, mean, ratio = np.random.default_rng(3), 6.0, 8.0
-    lives = mean, ratio, 0, 0, 0, 0, 0
+    lives = 0, 0, 8, 1, mean, ratio, 0, 0, 0, 0, 0  # of any velocity
     life = np.where(rng.random(40_000) < 1 / (1 + ratio), np.inf, rng.exponential(mean, 40_000))
     for age in (0, 6, 12, 24):
         there = life[life >= age]
@@ -63,6 +76,22 @@ def test_existence_is_the_share_of_ships_among_those_that_lived_as_long():
         assert near.status == ("confirmed" if near.existence > 0.9 else "candidate")
         assert (far.existence, far.status) == (1.0, "confirmed")
     assert "live 6 scans on the mean are as many as 8 to one" in lasting_finding(lives).sentence
+
+
+def test_what_moves_otherwise_than_clutter_does_is_a_ship_sooner():
+    """Existence is the share of ships among those of its velocity."""
+    rng, ratio, n = np.random.default_rng(4), 8.0, 400_000
+    lives = 3.0, 4.0, 1.0, 0.1, 6.0, ratio, 0, 0, 0, 0, 0
+    ship = rng.random(n) < 1 / (1 + ratio)
+    alike = ~ship & (rng.random(n) < 0.9)
+    ways = np.where(alike[:, None], rng.normal([3.0, 4.0], 1.0, (n, 2)), rng.normal(0, 8, (n, 2)))
+    ways += rng.normal(0, 0.5, (n, 2))
+    for place in ([3.0, 4.0], [-4.0, 2.0]):
+        near = np.hypot(*(ways - place).T) < 0.5
+        track = Track(3, "confirmed", 1.0, np.array([0, place[0], 0, place[1]]), 0.25 * np.eye(4))
+        (told,) = as_lived((track,), {3: (0, 0)}, lives)
+        share = ship[near].mean()
+        assert abs(told.existence - share) < 4 * np.sqrt(0.25 / near.sum()) + 0.1 * share  # over half a metre a second
 
 
 def test_a_ship_that_is_begun_anew_lives_on_and_groups_of_waves_do_not():
@@ -82,7 +111,7 @@ def test_a_ship_that_is_begun_anew_lives_on_and_groups_of_waves_do_not():
 
 
 def test_lives_are_whole():
-    for lives in ((3.0, 1.0), (0.0, *[1.0] * BANDS)):
+    for lives in ((3.0, 1.0), (0, 0, 8, 1, 0.0, *[1.0] * BANDS), (0, 0, 0, 1, 3.0, *[1.0] * BANDS)):
         with pytest.raises(ParameterError, match="scans above zero"):
             RecordedRadar(false_alarm_lives=lives)
 

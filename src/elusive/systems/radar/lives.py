@@ -4,30 +4,34 @@ No false alarm alone makes a track, but waves come in groups that last for scans
 some ships' and some far shorter, how many are of each kind, and how long the short ones are, is found by expectation
 maximisation, those that have not ended being censored (Farewell, 1982, The use of mixture models for the analysis of
 survival data with long-term survivors). Where others begin nearby more often than by chance, lives go on: ships turn
-harder than the motion allows. A track is then a ship's by how long it has lived, and by how many of the others came at
-its range.
+harder than the motion allows. A track is then a ship's by how long it has lived, by how many of the others came at its
+range, and by whether it moves as they do: crests and rain go with the wind.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from elusive.checks import Finding
-from elusive.contracts import Array, X, Y
+from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.company import REACH_M, SCANS
+from elusive.systems.radar.recorded import DRIFT
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.track import Track
 
 SHIP, LONGEST = 1000.0, 10.0  # scans that a ship's track lives in the mean, and that clutter's does at most
 ERRORS = 3.0  # of the number of short ones, by which chance is more
 LATEST, ROUNDS = 400, 30  # tracks that are looked at
+SHIPS_MPS, SLOWEST_MPS = 8.0, 0.3  # deviation of a ship's velocity on each axis, and of what moves alike, at least
+LEAST = 1e-9
 KNOWN, SURE = 0.9, 0.9  # existence from which a miss is one; probability of a ship from which its track is confirmed
 
 Ages = Mapping[int, tuple[int, int]]  # of each confirmed track: scans since then, and the band in which it was
@@ -52,7 +56,9 @@ def as_lived(tracks: Sequence[Track], ages: Ages, lives: Sequence[float]) -> tup
     for track in tracks:
         if lives and track.track in ages:
             scans, band = ages[track.track]
-            ship = 1 / (1 + lives[1:][band] * math.exp(-scans / lives[0]))
+            law, (mean, *ratio) = Drift(*lives[:DRIFT]), lives[DRIFT:]
+            velocity = track.mean[None, [VX, VY]], track.covariance[None, [[VX], [VY]], [VX, VY]]
+            ship = 1 / (1 + ratio[band] * math.exp(-scans / mean) * float(law.ratios(*velocity)[0]))
             status = track.status if ship > SURE else "candidate"
             track = track._replace(status=status, existence=ship * track.existence)
         found.append(track)
@@ -61,13 +67,45 @@ def as_lived(tracks: Sequence[Track], ages: Ages, lives: Sequence[float]) -> tup
 
 def lasting_finding(lives: Sequence[float]) -> Finding:
     """Say whether clutter lasts."""
-    scans, most = (lives[0], max(lives[1:])) if lives else (0.0, 0.0)
+    scans, most = (lives[DRIFT], max(lives[DRIFT + 1 :])) if lives else (0.0, 0.0)
     return Finding(
         "radar.lasting", not lives, 0.0, most,
         f"Tracks that live {scans:.2g} scans on the mean are as many as {most:.2g} to one of a ship at their range: "
         "groups of waves, rain or wakes. Young tracks there are candidates, and some older ones may be of no ship.",
         "Turn the radar's sea or rain clutter control up, or leave those plots out.", grave=False,
     )  # fmt: skip
+
+
+class Drift(NamedTuple):
+    """How clutter that lasts moves: most of it with one velocity, as crests and rain do, and the rest as ships."""
+
+    x_mps: float = 0.0
+    y_mps: float = 0.0
+    sd_mps: float = SHIPS_MPS
+    others: float = 0.5  # share of the rest
+
+    def ratios(self, velocity: Array, covariance: Array) -> Array:
+        """Density of velocities ``(n, 2)``, known with covariances, of clutter to that of ships, ``(n,)``."""
+        return self.others + (1 - self.others) * self._alike(velocity, covariance)
+
+    def _alike(self, velocity: Array, covariance: Array) -> Array:
+        """Of what moves alike."""
+        densities = []
+        for off, sd in ((velocity - np.array(self[:2]), self.sd_mps), (velocity, SHIPS_MPS)):
+            spread = covariance + sd**2 * np.eye(2)
+            square = np.einsum("ni,ni->n", off, np.linalg.solve(spread, off[..., None])[..., 0])
+            densities.append(np.exp(-0.5 * square) / np.sqrt(np.linalg.det(spread)))
+        return np.asarray(densities[0] / np.maximum(densities[1], LEAST))
+
+    def fitted(self, velocity: Array, covariance: Array, short: Array) -> Drift:
+        """Return the law that fits better to velocities, each of clutter with a probability."""
+        alike = (1 - self.others) * self._alike(velocity, covariance)
+        weight = short * alike / (alike + self.others)
+        total = max(float(weight.sum()), LEAST)
+        middle: Array = weight @ velocity / total
+        own = float(weight @ ((velocity - middle) ** 2 - covariance[:, [0, 1], [0, 1]]).sum(axis=1)) / (2 * total)
+        others = (float(short.sum()) - total + 1) / (float(short.sum()) + 2)
+        return Drift(float(middle[0]), float(middle[1]), math.sqrt(max(own, SLOWEST_MPS**2)), others)
 
 
 class Lives:
@@ -82,7 +120,7 @@ class Lives:
     def __init__(self, fade: float) -> None:
         self._fade = fade
         self._scan = 0
-        # band, scans of life, whether it ended; hits and trials of late; scan and place, first and last
+        # band, scans of life, whether it ended; hits and trials of late; scan and place, first and last; velocity
         self._each = dict[int, Array]()
 
     def add(self, ages: Ages, targets: Sequence[Target]) -> None:
@@ -95,8 +133,10 @@ class Lives:
             if number in ages:
                 scans, band = ages[number]
                 now = self._scan, *target.mean[[X, Y]]
-                row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0, *now, *now]))
-                row[1], row[8:] = scans + 1, now
+                row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0, *now, *now, *np.zeros(6)]))
+                row[1], row[8:11] = scans + 1, now
+                row[11:13] = target.mean[[VX, VY]]
+                row[13:] = target.covariance[[[VX], [VY]], [VX, VY]].ravel()
                 if target.existence > KNOWN:
                     row[3:5] += target.detection >= 0, 1
             elif target.life.status == "deleted" and number in self._each:
@@ -110,10 +150,11 @@ class Lives:
         ``every`` track is taken for a ship's where they are tracked with another probability of detection than
         theirs: ships that are lost live as briefly as clutter.
         """
-        rows = np.array([*self._each.values()]).reshape(-1, 11)
+        rows = np.array([*self._each.values()]).reshape(-1, 17)
         band, scans, ended, hits, trials = rows.T[:5]
-        ended = ended * (1 - gone_on(rows[:, 5:8], rows[:, 8:]))
-        lives, short = short_lives(band.astype(np.int64), scans, ended)
+        ended = ended * (1 - gone_on(rows[:, 5:8], rows[:, 8:11]))
+        moved = rows[:, 11:13], rows[:, 13:].reshape(-1, 2, 2)
+        lives, short = short_lives(band.astype(np.int64), scans, ended, *moved)
         ships = np.ones(len(band)) if every else 1 - short
         return float((ships @ hits + 1) / (ships @ trials + 2)), float(ships @ trials), lives
 
@@ -136,7 +177,9 @@ def gone_on(first: Array, last: Array) -> Array:
     return found
 
 
-def short_lives(band: NDArray[np.int64], scans: Array, ended: Array) -> tuple[tuple[float, ...], Array]:
+def short_lives(
+    band: NDArray[np.int64], scans: Array, ended: Array, velocity: Array, covariance: Array
+) -> tuple[tuple[float, ...], Array]:
     """Tell lives of clutter from those of ships.
 
     Parameters
@@ -147,24 +190,30 @@ def short_lives(band: NDArray[np.int64], scans: Array, ended: Array) -> tuple[tu
         That it has lived, ``(n,)``.
     ended
         Whether it has ended, 1 or 0, ``(n,)``.
+    velocity, covariance
+        With which it moved last [m/s], ``(n, 2), (n, 2, 2)``.
 
     Returns
     -------
     tuple
-        How many scans short lives last, and how many of them come to a ship's in each band; nothing where there are no
-        more than chance makes of ships'. And of each life the probability that it is a short one, ``(n,)``.
+        :class:`Drift`, how many scans short lives last, and how many of them come to a ship's in each band; nothing
+        where there are no more than chance makes of ships'. And of each life the probability that it is a short one,
+        ``(n,)``.
     """
     count, ratio, mean = np.bincount(band, minlength=BANDS), np.ones(BANDS), LONGEST
+    drift = Drift()
 
     def probability() -> Array:
-        odds = ratio[band] * (SHIP / mean) ** ended * np.exp(-scans * (1 / mean - 1 / SHIP))
+        odds = ratio[band] * drift.ratios(velocity, covariance)
+        odds *= (SHIP / mean) ** ended * np.exp(-scans * (1 / mean - 1 / SHIP))
         return np.asarray(odds / (1 + odds))
 
     for _ in range(ROUNDS):
         short = probability()
         mean = min(max(float(short @ scans) / max(float(short @ ended), 1.0), 1.0), LONGEST)
+        drift = drift.fitted(velocity, covariance, short)
         number = np.bincount(band, short, BANDS)
         ratio = (number + 0.5) / (count - number + 0.5)
     beyond_chance = max(1 - ERRORS / math.sqrt(max(float(number.sum()), 1.0)), 0.0)
     ratio = beyond_chance * number / (count - number + 1)
-    return (mean, *ratio.tolist()) if beyond_chance else (), probability()
+    return (*drift, mean, *ratio.tolist()) if beyond_chance else (), probability()

@@ -30,6 +30,7 @@ PLACED = {  # anywhere alike, and none lasts
     "false_alarm_lives": (),
     "false_alarm_wakes": (),
 }
+DRIFT = 4  # numbers that tell how clutter that lasts moves
 LEAST = 0.1  # of these, that errors are taken to be: particles find nothing by plots without any
 
 
@@ -68,10 +69,11 @@ class RecordedRadar(RadarSensor):
         "bearing clockwise [deg], and how many a scan has; none: as a first pass shows",
         json_schema_extra=FROM_RECORDING,
     )
-    false_alarm_lives: tuple[NonNegative, ...] | None = Field(
+    false_alarm_lives: tuple[float, ...] | None = Field(
         None,
-        description="Those that are tracked, as groups of waves are: scans that they last, and how many come to a "
-        "ship, in six bands of range; none: as a first pass shows",
+        description="Those that are tracked, as groups of waves are: velocity of most, its deviation [m/s], share of "
+        "the others, scans that they last, and how many come to a ship, in six bands of range; none: as a first pass "
+        "shows",
         json_schema_extra=FROM_RECORDING,
     )
     false_alarm_wakes: tuple[Positive, ...] | None = Field(
@@ -89,8 +91,11 @@ class RecordedRadar(RadarSensor):
     @model_validator(mode="after")
     def _lives_and_wakes(self) -> Self:
         lives = self.false_alarm_lives or ()
-        if lives and (len(lives) != BANDS + 1 or not lives[0]):
-            raise ParameterError(f"false_alarm_lives: must be scans above zero and {BANDS} numbers, or nothing.")
+        if lives and (len(lives) != DRIFT + 1 + BANDS or not min(lives[2], lives[DRIFT]) > 0):
+            raise ParameterError(
+                f"false_alarm_lives: must be a velocity, its deviation above zero, a share, scans above zero "
+                f"and {BANDS} numbers, or nothing."
+            )
         if len(self.false_alarm_wakes or START) != len(START):
             raise ParameterError("false_alarm_wakes: must be plots a ship and scan and a distance, or nothing.")
         return self
