@@ -85,6 +85,6 @@ SYSTEMS = (
         "elusive track bearings bearings.csv --sensors sensors.csv --sigma-deg 0.5 --out result",
         "elusive.systems.bearings.page",
         fits=True,
-        tries=(("confirm_from", "x0.7"), ("sigma_deg", "x2"), ("detection_probability", "x0.6")),
+        tries=(("confirm_from", "x0.7"), ("sigma_deg", "2"), ("detection_probability", "x0.6")),
     ),
 )
