@@ -201,19 +201,22 @@ def short_lives(
         ``(n,)``.
     """
     count, ratio, mean = np.bincount(band, minlength=BANDS), np.ones(BANDS), LONGEST
-    drift = Drift()
+    drift = Drift(others=1.0)  # first by age alone: ships in company move alike, too
 
     def probability() -> Array:
         odds = ratio[band] * drift.ratios(velocity, covariance)
         odds *= (SHIP / mean) ** ended * np.exp(-scans * (1 / mean - 1 / SHIP))
         return np.asarray(odds / (1 + odds))
 
-    for _ in range(ROUNDS):
+    for known in range(2 * ROUNDS):
         short = probability()
         mean = min(max(float(short @ scans) / max(float(short @ ended), 1.0), 1.0), LONGEST)
-        drift = drift.fitted(velocity, covariance, short)
         number = np.bincount(band, short, BANDS)
         ratio = (number + 0.5) / (count - number + 0.5)
-    beyond_chance = max(1 - ERRORS / math.sqrt(max(float(number.sum()), 1.0)), 0.0)
+        beyond_chance = max(1 - ERRORS / math.sqrt(max(float(number.sum()), 1.0)), 0.0)
+        if known == ROUNDS and not beyond_chance:
+            break
+        if known >= ROUNDS:
+            drift = (drift if known > ROUNDS else Drift()).fitted(velocity, covariance, short)
     ratio = beyond_chance * number / (count - number + 1)
     return (*drift, mean, *ratio.tolist()) if beyond_chance else (), probability()
