@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from elusive.filters.particle.parts import step_matrices
 from elusive.motion import ConstantVelocity, ManoeuvringVelocity
 from elusive.motion.linear import LinearModel
 
@@ -40,7 +41,5 @@ def test_over_no_time_nothing_moves():
 
 def test_it_draws_by_itself():
     """Compiled steps of linear motions would leave the manoeuvres out."""
-    from elusive.filters.particle.parts import step_matrices
-
     assert ManoeuvringVelocity.propagate is not LinearModel.propagate
     assert step_matrices(ManoeuvringVelocity(q=1.0), 1.0) is None

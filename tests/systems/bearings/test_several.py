@@ -129,6 +129,9 @@ def test_times_of_arrival_of_several_are_refused():
     several = BearingTracking(emitters=HEARD)
     with pytest.raises(ParameterError, match="tells bearings apart, and not times of arrival"):
         list(track([ArrivalSet(0.0, np.array([0]), np.array([1e-6]))], several, SITES))
+    turning = BearingTracking(emitters={**HEARD, "manoeuvre_share": 0.1}, motion={"kind": "ca"})
+    with pytest.raises(ParameterError, match="--manoeuvre-share: is of --motion cv, and not of ca"):
+        list(track([BearingSet(0.0, *np.zeros((3, 1)))], turning, SITES))
     with pytest.raises(ParameterError, match="--motion imm: is of one emitter"):
         list(track([BearingSet(0.0, *np.zeros((3, 1)))], several.replace(motion={"kind": "imm"}), SITES))
 

@@ -38,7 +38,7 @@ class Cruise(ConstantVelocity):
 
     usual_q: ClassVar[float] = 1.0
     q: Positive | None = Field(  # type: ignore[assignment]
-        None, description="Power of the white acceleration [m^2 / s^3]; none: found"
+        None, description="Power of the white acceleration [m^2 / s^3]; none: found, within imm 1"
     )
 
 
@@ -46,7 +46,9 @@ class Manoeuvre(ConstantAcceleration):
     """An emitter of nearly constant acceleration."""
 
     usual_q: ClassVar[float] = 0.1
-    q: Positive | None = Field(None, description="Power of the white jerk [m^2 / s^5]; none: found")  # type: ignore[assignment]
+    q: Positive | None = Field(  # type: ignore[assignment]
+        None, description="Power of the white jerk [m^2 / s^5]; none: found, within imm 0.1"
+    )
 
 
 class KnownTurn(CoordinatedTurn):

@@ -17,15 +17,16 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.errors import ElusiveError
-from elusive.filters.gaussian.map_smoother import MapSmoother, SmoothedPath
+from elusive.filters.gaussian.map_smoother import SmoothedPath
 from elusive.filters.gaussian.transitions import AngleBias
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Estimation, OneEmitter, Powered
-from elusive.systems.bearings.heard import have_elevations, sensors_of
+from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.powers import whole_path
 from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
 from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
@@ -228,12 +229,7 @@ def _smoothed(steps: list[Step]) -> SmoothedPath:
 
 def _beside(near: SmoothedPath, heard: Heard, sites: SensorSites, asked: BearingTracking) -> SmoothedPath:
     """Return the path of bearings that are mended a little, which lies near what it was; no evidence: there is none."""
-    smoother = asked.bind(sites, BearingSet, elevations=have_elevations(heard))
-    assert isinstance(smoother, MapSmoother)
-    try:
-        return smoother.smooth(heard, near=near)
-    except ElusiveError:
-        return near._replace(log_evidence=math.nan)
+    return whole_path(asked, heard, sites, near) or near._replace(log_evidence=math.nan)
 
 
 def evidence_of(steps: list[Step]) -> float:

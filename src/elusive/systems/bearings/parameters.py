@@ -113,6 +113,10 @@ class BearingTracking(Model):
                 raise ParameterError(
                     "--motion imm: is of one emitter; with --emitters several take cv, ca, ct or ctrv."
                 )
+            if self.emitters.manoeuvre_share and not isinstance(self.motion, Cruise):
+                raise ParameterError(
+                    f"--manoeuvre-share: is of --motion cv, and not of {self.motion.kind}; leave it out."
+                )
             return
         if live and name in WHOLE:
             raise ParameterError(f"--filter {name}: needs all bearings; live, take fixed-lag or iekf.")

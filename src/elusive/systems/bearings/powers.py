@@ -177,7 +177,7 @@ def _likeliest(
 
 
 def _summit(levels: Array) -> float:
-    """Where the parabola through three levels, the middle one the highest, has its summit, in steps from the middle."""
+    """Return how far in steps from the middle of three levels their parabola has its summit, and ``CAUTION`` beyond."""
     if len(levels) < 3 or not np.isfinite(levels).all():
         return 0.0
     bend = 2 * levels[1] - levels[0] - levels[2]
@@ -196,11 +196,13 @@ def _to_and_fro(asked: BearingTracking, told: Sequence[Sequence[PlaceSet]], site
     return on < -BACK * way
 
 
-def whole_path(parameters: BearingTracking, heard: Sequence[Any], sites: SensorSites) -> SmoothedPath | None:
-    """Return the most probable path of one emitter, by ``--filter map``; None where there is none."""
+def whole_path(
+    parameters: BearingTracking, heard: Sequence[Any], sites: SensorSites, near: SmoothedPath | None = None
+) -> SmoothedPath | None:
+    """Return the most probable path of one emitter, by ``--filter map``, ``near`` another; None where there is none."""
     smoother = parameters.bind(sites, type(heard[0]), elevations=have_elevations(heard))
     assert isinstance(smoother, MapSmoother)
     try:
-        return smoother.smooth(heard)
+        return smoother.smooth(heard, near=near)
     except ElusiveError:
         return None
