@@ -170,7 +170,14 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
                 gain, best = evidence_of(path) - evidence_of(base), cause
     radians = in_radians(steps, parameters, sites) if gain > LIKELIER else None
     if radians is not None:  # so close together that most readings nearly fit
-        return Finding("bearings.convention", False, 0.0, gain, f"{said}The bearings fit many readings: {radians.sentence}.", radians.remedy)
+        return Finding(
+            "bearings.convention",
+            False,
+            0.0,
+            gain,
+            f"{said}The bearings fit many readings: {radians.sentence}.",
+            radians.remedy,
+        )
     return Finding(
         "bearings.convention", gain <= LIKELIER, 0.0, gain,
         f"{said}The bearings fit, and fit better (their log evidence rises by {gain:.0f}) if {best.sentence}: then the "
