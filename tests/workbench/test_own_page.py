@@ -235,6 +235,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     choose(page, "bearings", "bearings.csv")
     choose(page, "truth", "truth.csv")
     told(page, "192 lines: time_s 0 to 31.5")
+    field(page, "sigma_deg").fill("0.5")  # a quarter of what it is
     button(page, "Run").click()
     report(page, "001-bearings.csv").get_by_text("bearings.residuals").first.wait_for()
     page.evaluate("document.activeElement.blur()")
@@ -252,7 +253,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
         page.get_by_role("checkbox", name=f"Compare {name}").click()
     row = page.locator(".ew-table tr", has=page.get_by_role("rowheader", name="sigma_deg"))
     row.wait_for()
-    assert row.locator("td").all_inner_texts() == ["2.0", "as usual"]
+    assert row.locator("td").all_inner_texts() == ["2.0", "0.5"]
     other = open_tab(width=800, scheme="dark").page
     other.goto(f"{served.address}/own")
     button(other, "Delete 001-bearings.csv").click()
