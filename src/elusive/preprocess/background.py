@@ -23,12 +23,12 @@ from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.preprocess import _kernels
 from elusive.preprocess.registration import Registration, shift
 from elusive.preprocess.response import local_mean, matched_response
+from elusive.preprocess.robust import MAD
 from elusive.preprocess.stuck import StuckPixels, StuckState
 from elusive.sensors.clutter_evidence import SOUGHT_PX
 from elusive.sensors.noise_tail import NoiseTail, fit_tail
 
 LEVELS = (0.001, 0.01, 0.159, 0.5, 0.841, 0.99, 0.999)  # of the quantile report
-MAD = 1.4826  # deviation of a Gaussian over its median absolute deviation
 
 
 class Whitened(NamedTuple):

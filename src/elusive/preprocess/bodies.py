@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from elusive.contracts import Array
 from elusive.preprocess._scale_kernels import Image
+from elusive.preprocess.robust import MAD
 
 WINDOWS_PX = (48, 32, 20, 12)  # to each side of the point, in which surroundings are looked at
 MOST = 0.25  # share of a window that a body fills: the median is of its surroundings
@@ -58,7 +59,7 @@ def body_about(image: Image, point_px: Array, bright: bool) -> Body | None:
             break
         level = float(np.nanmedian(values))
         # what else stands out is no part of the surroundings' own variation
-        deviation = 1.4826 * float(level - np.nanmedian(values[values <= level]))
+        deviation = MAD * float(level - np.nanmedian(values[values <= level]))
         height = float(np.nanmax(near)) - level
         bound = max(CLEAR * deviation, SHARE * height)
         if not height > bound:

@@ -19,7 +19,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, Positive, Probability
-from elusive.preprocess.background import MAD
+from elusive.preprocess.robust import MAD
 from elusive.sensors.radio_network import RssFrame
 
 STAYS = 0.5  # share of a reading's frames at the least level from which it lies there

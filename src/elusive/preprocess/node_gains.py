@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
+from elusive.preprocess.robust import MAD
 from elusive.sensors.radio_network import Indices, directed_links_of
 
 FEWEST_LINKS = 4  # of a radio that are heard both ways
@@ -108,7 +109,7 @@ def _changed(values: Array, sd: Array, otherwise: Array, share: float = MORE) ->
         warnings.simplefilter("ignore", RuntimeWarning)
         amount = np.nanmedian(values, axis=1)
         about = np.abs(values - amount[:, None])
-        deviation = 1.2533 * 1.4826 * np.nanmedian(about, axis=1) / np.sqrt(np.maximum(links, 1))
+        deviation = 1.2533 * MAD * np.nanmedian(about, axis=1) / np.sqrt(np.maximum(links, 1))
     by_amount = (about <= near).sum(axis=1)
     by_others = (np.abs(values[..., None] - otherwise[:, None]) <= near[..., None]).sum(axis=1).max(axis=1)
     least = np.abs(amount[:, None] - otherwise).min(axis=1)

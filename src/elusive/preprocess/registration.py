@@ -16,6 +16,7 @@ from elusive.contracts import Array, X, Y
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
 from elusive.preprocess import _kernels
+from elusive.preprocess.robust import MAD
 
 CAUCHY = 2.0  # residuals beyond this many deviations lose weight
 
@@ -113,7 +114,7 @@ class Registration(Model):
             if seen.sum() < seen.size / 10:
                 return np.array(start, dtype=float)
             error -= np.median(error[seen])
-            deviation = 1.4826 * np.median(np.abs(error[seen]))
+            deviation = MAD * np.median(np.abs(error[seen]))
             error = np.where(seen, error, 0.0)
             weight = seen / (1 + (error / (CAUCHY * deviation + 1e-12)) ** 2)
             normal = np.einsum("aij,bij,ij->ab", gradient, gradient, weight)
@@ -132,7 +133,7 @@ class Registration(Model):
     def _spectrum(self, image: Array) -> Array:
         detail = image - ndimage.gaussian_filter(image, self.highpass_px)
         # or one bright mover would own the phase of every frequency
-        bound = 3 * 1.4826 * float(np.median(np.abs(detail)))
+        bound = 3 * MAD * float(np.median(np.abs(detail)))
         if bound > 0:
             detail = np.clip(detail, -bound, bound)
         window = np.outer(*(np.hanning(n + 2)[1:-1] for n in image.shape))

@@ -14,6 +14,7 @@ from elusive.checks import Finding, lag_of, scale_of
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.filters.gaussian.geolocation import Fix, Geolocation
+from elusive.preprocess.robust import MAD
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.causes import CONVENTIONS
@@ -62,7 +63,7 @@ def place_findings(
     found.append(repeated_finding(heard, sites, math.degrees(sigma)))
     free = math.sqrt((n - 2) / n)
     scale = scale_of(fix.residuals_rad / (sigma * free), tolerance=TOLERANCE, independent=free**2)
-    ratio = float(np.median(np.abs(fix.residuals_rad))) / (0.67449 * sigma * free)
+    ratio = MAD * float(np.median(np.abs(fix.residuals_rad))) / (sigma * free)
     wide = told is not None and not scale.holds and scale.worst.seen > 1
     rough = told is None and math.degrees(sigma) > ROUGH_DEG
     moves = _moves(fix, rows)
@@ -142,7 +143,7 @@ def _cause(fix: Fix, rows: Taken, estimator: Geolocation, *, moves: bool) -> tup
             "they are of two emitters, at two places",
             "Locate each by its own bearings; or take elusive track bearings.",
         )
-    spread = math.degrees(now / 0.67449)
+    spread = math.degrees(MAD * now)
     return (
         f"they are as of a deviation of {spread:.2g} degrees, or of several emitters, or sensors stand elsewhere",
         "Leave --sigma-deg out to find it from the bearings; look at the azimuths and the sensors' places.",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from elusive.contracts import Array
+from elusive.preprocess.robust import MAD
 from elusive.tracking.peak_alone import RIVALS
 
 SIDE = 32  # cells of a frame's shorter side where scenes are compared
@@ -16,7 +17,6 @@ WIDE = 9  # cells, over which their level is taken off
 EARLY, MEMORY, THIN = 8, 16.0, 4  # first frames averaged; frames of the average that follows, of which every fourth
 POINT_PX, AROUND_PX = 1.0, 3.0  # widths of a point and of what is about it
 APART_PX = 5  # from one point to the next
-MAD = 1.4826
 CUT, KEPT = 0.62, 256  # likeness of two scenes at most; of frames, kept
 
 

@@ -13,6 +13,7 @@ import warnings
 import numpy as np
 
 from elusive.contracts import Array
+from elusive.preprocess.robust import MAD
 from elusive.sensors.link_shadowing import ShadowedLinks, TemperedRise
 
 FOLDS = 5
@@ -52,5 +53,5 @@ def gained_by_chance(sensor: ShadowedLinks, centres: Array, rises_db: Array) -> 
             top = float(level.max())
             gains.append(top + float(np.log(np.exp(level - top).mean())))
     median = float(np.median(gains))
-    deviation = 1.4826 * float(np.median(np.abs(np.array(gains) - median)))
+    deviation = MAD * float(np.median(np.abs(np.array(gains) - median)))
     return max(median + BEYOND * deviation, 0.0)

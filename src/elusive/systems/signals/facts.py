@@ -10,6 +10,7 @@ from elusive.checks import Fact, lag_of
 from elusive.contracts import Array
 from elusive.preprocess.levels import hidden_mean
 from elusive.preprocess.marginal_law import EVEN
+from elusive.preprocess.robust import MAD
 from elusive.preprocess.whiten import NoiseModel
 from elusive.systems.signals.interleaved import Interleaved, interleaved_of
 from elusive.systems.signals.track import SignalState
@@ -218,7 +219,7 @@ class SignalFacts:
         if len(levels) < 8:
             return Fact(1.0, math.nan, True, len(levels))
         middle = float(np.median(levels))
-        scatter = 1.4826 * float(np.median(np.abs(levels - middle)))
+        scatter = MAD * float(np.median(np.abs(levels - middle)))
         by_chance = math.sqrt(2 / self.samples)
         drifts = lag_of((levels - middle) / (scatter or 1.0), tolerance=0.3).seen > 0.3
         return Fact(1.0, scatter / by_chance, drifts or scatter < max(3 * by_chance, 0.2), len(levels))
