@@ -9,7 +9,7 @@ from elusive.io.radar_video import open_radar_video
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.parameters import VideoTracking
-from elusive.systems.video.peaks import KEPT, at_peaks, peaks_after
+from elusive.systems.video.peaks import at_peaks, echo_after, peaks_after, told
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
 from elusive.tracking.track import Track
@@ -35,17 +35,19 @@ def test_a_slow_strong_ship_is_told_where_it_is(tmp_path):
     np.testing.assert_allclose(track.velocity[-1], ship[[1, 3]], atol=1.0)
 
 
+TURNS = 12
+
+
 def followed(bend, deviation_m, rng):
     """A track by peaks that scatter about a way, and where it truly is then."""
-    times = 2.5 * np.arange(KEPT)
+    times = 2.5 * np.arange(TURNS)
     east, north = 900 + 5.0 * times, 1200 - 0.5 * bend * (times - 15) ** 2
-    own = np.column_stack([east, north])
-    way = np.column_stack([times, own + rng.normal(0, deviation_m, (KEPT, 2)), own])
-    sensor = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0)
-    track = Track(1, "confirmed", 1.0, np.array([own[-1, 0] + 40.0, 2.5, own[-1, 1], 0.0]), 100 * np.eye(4))
-    (shown,) = at_peaks((track,), {1: way}, float(times[-1]), sensor)
-    truth = np.array([own[-1, 0], 5.0, own[-1, 1], -bend * (times[-1] - 15)])
-    return shown, truth
+    way, cell, echo = np.column_stack([east, north]), 12.5**2 * np.eye(2), None
+    for time_s, place, own in zip(times, way + rng.normal(0, deviation_m, way.shape), way, strict=True):
+        echo = echo_after(echo, time_s, place, own, cell)
+    track = Track(1, "confirmed", 1.0, np.array([east[-1] + 40.0, 2.5, north[-1], 0.0]), 100 * np.eye(4))
+    truth = np.array([east[-1], 5.0, north[-1], -bend * (times[-1] - 15)])
+    return told(track, echo, times[-1], cell), truth
 
 
 @pytest.mark.parametrize(
@@ -69,21 +71,21 @@ def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
     sensor, rng, ways = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0), np.random.default_rng(3), None
     (first, step, pitch), shape = sensor.grid, sensor.shape
     row, column = np.indices(shape)
-    for k in range(KEPT):
+    for k in range(TURNS):
         time_s, range_m = 2.5 * k, 1500.0 + speed_mps * 2.5 * k
         at = (range_m - first) / step
         echo = 3000 * np.exp(-(((row - 89) ** 2 + (column - at) ** 2) / 2.0))
         power = (1 + echo * rng.gamma(4.0, 0.25) + rng.exponential(size=shape)).astype(np.float32)
-        told = np.array([1540.0 + 2.5 * time_s, 2.5, 0.0, 0.0])
+        own = np.array([1540.0 + 2.5 * time_s, 2.5, 0.0, 0.0])
         turn = EvidenceTurn(time_s, np.full(len(power), time_s), power, (0.0, 0.0), power, power, level_sea(power))
-        tracks = (Track(1, "confirmed", 1.0, told, np.eye(4)),)
+        tracks = (Track(1, "confirmed", 1.0, own, np.eye(4)),)
         ways = peaks_after(ways, tracks, turn, sensor)
-        (shown,) = at_peaks(tracks, ways, time_s, sensor)
+        (shown,) = at_peaks(tracks, ways, turn, sensor)
     azimuth = 90 * pitch
     if speed_mps:
         np.testing.assert_allclose(shown.mean[[0, 2]], range_m * np.array([np.sin(azimuth), np.cos(azimuth)]), atol=6.0)
         np.testing.assert_allclose(shown.mean[[1, 3]], [2.5, 0.0], atol=0.5)
     else:
-        np.testing.assert_array_equal(shown.mean, told)
+        np.testing.assert_array_equal(shown.mean, own)
         assert np.sqrt(shown.covariance[0, 0]) > 10.0  # of the 1 m told: it goes away from every peak
         assert 2.0 < np.sqrt(shown.covariance[1, 1]) < 3.0

@@ -83,7 +83,7 @@ def track_video(
         peaks = peaks_after(peaks, belief.tracks, one.turn, sensor)
         one = one._replace(learnt=one.learnt._replace(swell=swell, ghosts=ghosts, peaks=peaks))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
-        tracks = at_peaks(without_ghosts(without_crests(belief.tracks, swell), ghosts), peaks, one.turn.time_s, sensor)
+        tracks = at_peaks(without_ghosts(without_crests(belief.tracks, swell), ghosts), peaks, one.turn, sensor)
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()
             tracks = tuple(

@@ -22,7 +22,7 @@ from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
 from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
 from elusive.systems.video.ghosts import Ghosts
-from elusive.systems.video.peaks import Ways
+from elusive.systems.video.peaks import Echoes
 from elusive.systems.video.start import VideoStart
 from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
@@ -43,7 +43,7 @@ class Learnt(NamedTuple):
     edged: NDArray[np.bool_]  # (A, R) what is no open sea: fixed, or an edge of it
     swell: Swell | None = None  # of crests that are tracked
     ghosts: Ghosts | None = None  # of tracks that are echoes of others
-    peaks: Ways | None = None  # of tracks whose echo's peak lies in what is fixed
+    peaks: Echoes | None = None  # of tracks' echoes
 
 
 class Heard(NamedTuple):
