@@ -67,6 +67,7 @@ def test_a_chart_agrees_with_itself():
     assert (found.area_m2, found.coast_share, found.percentile_95_m) == (0, 0, pytest.approx(0, abs=1e-6))
 
 
+@pytest.mark.validate
 def test_the_real_pair():
     charts = [real_cell("US5MD1MC"), real_cell("US4MD81M")]
     frame = LocalFrame.about(charts)

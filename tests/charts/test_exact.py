@@ -25,6 +25,7 @@ from tests.charts.shapes import (
     shapely_land,
     star,
 )
+from tests.longer import longer
 from tests.reference.water import drawn, land_mass, water_probability
 
 
@@ -196,7 +197,7 @@ def test_the_angle() -> None:
     assert [_angle(0.0, 1.0), _angle(0.0, 0.0), _angle(0.0, -1.0)] == [0, 0, np.pi]
 
 
-@pytest.mark.parametrize("name", CELLS)
+@pytest.mark.parametrize("name", longer(CELLS, "US4MD81M"))
 def test_real_cells(name) -> None:
     check(cell(name), 40)
 

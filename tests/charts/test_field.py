@@ -12,6 +12,7 @@ from elusive.charts import Coast, CoastPart, ExactWater, FieldWater
 from elusive.charts import _field_kernels as kernels
 from elusive.errors import DataError, ParameterError
 from tests.charts.shapes import CELLS, archipelago, cell, land, near, port_fourchon, star
+from tests.longer import longer
 
 
 def errors(coast, points, **parameters):
@@ -24,7 +25,7 @@ def errors(coast, points, **parameters):
     return np.abs(field.probability(points) - exact.probability(points)), np.abs(logs)
 
 
-@pytest.mark.parametrize("sigma", [1.0, 5.0, 40.0])
+@pytest.mark.parametrize("sigma", longer([1.0, 5.0, 40.0], 1.0))
 def test_within_its_tolerance_of_exact(sigma) -> None:
     rng = np.random.default_rng(0)
     coast = archipelago(sigma=sigma)

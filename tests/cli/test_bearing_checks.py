@@ -215,7 +215,18 @@ WRONG = {
 
 
 @pytest.mark.parametrize(
-    "name", longer(WRONG, "from a bow", "too sure by four", "two at random", "swinging", "misplaced", "clock")
+    "name",
+    longer(
+        WRONG,
+        "from a bow",
+        "too sure by four",
+        "two at random",
+        "swinging",
+        "misplaced",
+        "clock",
+        "too sure",
+        "imprecise",
+    ),
 )
 @pytest.mark.parametrize("how", longer(HOW, *HOW[1:]))
 def test_a_wrong_input_is_named(tmp_path, capsys, name, how):
@@ -270,7 +281,7 @@ UNLABELLED = {
 }
 
 
-@pytest.mark.parametrize("name", longer(UNLABELLED, "too sure", "degrees"))
+@pytest.mark.parametrize("name", longer(UNLABELLED, *UNLABELLED))
 def test_a_wrong_input_of_several_emitters_is_named(tmp_path, capsys, name):
     change, places, sigma_deg, sentences = UNLABELLED[name]
     heard = crowd(15, 2, times=40, false=1.0)[1]
@@ -318,7 +329,7 @@ def of_two_sensors(sets):
             for one, rows in kept]  # fmt: skip
 
 
-@pytest.mark.parametrize(("emitters", "moving", "seed"), [(5, False, 16), (2, True, 13)])
+@pytest.mark.parametrize(("emitters", "moving", "seed"), longer([(5, False, 16), (2, True, 13)], (5, False, 16)))
 def test_ghosts_of_two_sensors_share_their_existence(tmp_path, capsys, emitters, moving, seed):
     """Emitters that rest cross in any set of pairs; of two that move, the paths tell."""
     speed = {} if moving else {"speed_mps": 1e-3, "q": 1e-4}

@@ -109,7 +109,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], s
 }
 
 
-@pytest.mark.parametrize("name", longer(ODD, "off a wall", "a drifting north", "front and back"))
+@pytest.mark.parametrize("name", longer(ODD, "off a wall", "a drifting north", "front and back", "one clock late"))
 def test_it_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
     draw, finding, sentence = ODD[name]
     rows, sites = draw(np.random.default_rng([3, list(ODD).index(name)]))

@@ -19,6 +19,7 @@ from tests.bearing_flight import STEPS, path, write_flight
 from tests.commands import ran
 from tests.filters.gaussian.test_range_bank import past
 from tests.json_lines import json_lines
+from tests.longer import longer
 
 WRITTEN = {
     "checks.json",
@@ -304,6 +305,7 @@ def test_what_tells_no_place_is_said(flight, tmp_path, capsys, rows, sentence):
     assert "one is missing; give both or none" in said
 
 
+@pytest.mark.validate
 def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, capsys, monkeypatch):
     ways = [tmp_path / f"way{k}.csv" for k in range(2)]
     for way, corners in zip(ways, ("-50,20\n60,60", "60,-40\n-40,40"), strict=True):
@@ -422,7 +424,7 @@ def test_times_may_be_dates(flight, tmp_path, capsys):
     np.testing.assert_allclose(found["position"], plain["position"], atol=1e-3)
 
 
-@pytest.mark.parametrize("geographic", [False, True])
+@pytest.mark.parametrize("geographic", longer([False, True], True))
 def test_a_sensor_that_moves_tells_its_places_in_its_lines(tmp_path, capsys, geographic):
     """One receiver that turns: the emitter is at its distance, in its ellipse, and not on the receiver."""
     _, places, truth, sets = past(1)

@@ -128,7 +128,7 @@ def off_target(rows: np.ndarray) -> Array:
     return np.hypot(rows["x_px"] - place[:, 0], rows["y_px"] - place[:, 1])
 
 
-@pytest.mark.parametrize("name", ODD)
+@pytest.mark.parametrize("name", longer(ODD, "every fifth twice", "black hot"))
 def test_it_is_named(elusive_in: Run, tmp_path: Path, name: str) -> None:
     draw, finding, sentence = ODD[name]
     np.save(tmp_path / "frames.npy", draw(np.random.default_rng([6, list(ODD).index(name)])))
@@ -146,7 +146,7 @@ RIGHT: dict[str, Callable[[np.random.Generator], np.ndarray]] = {
 }
 
 
-@pytest.mark.parametrize("name", RIGHT)
+@pytest.mark.parametrize("name", longer(RIGHT, "deep", "slow pan"))
 def test_a_target_is_shown_and_nothing_else(elusive_in: Run, tmp_path: Path, name: str) -> None:
     """Panned over soft clouds, their parts were shown as movers."""
     np.save(tmp_path / "frames.npy", RIGHT[name](np.random.default_rng([6, 20 + list(RIGHT).index(name)])))

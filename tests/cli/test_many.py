@@ -102,6 +102,7 @@ def killed(flights, out, after, *where):
         process.stderr.close()
 
 
+@pytest.mark.validate
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
     out = tmp_path / "out"

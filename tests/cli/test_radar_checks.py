@@ -92,6 +92,7 @@ def test_ranges_in_nautical_miles_are_named(elusive_in: Run, tmp_path: Path) -> 
     assert "nautical miles" in said
 
 
+@pytest.mark.validate
 def test_nautical_miles_iso_times_and_further_columns_give_the_same_tracks(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
@@ -137,6 +138,7 @@ def test_longitude_and_latitude_exchanged_are_refused(elusive_in: Run, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.validate
 def test_seven_ships_of_a_turning_antenna_are_found(elusive_in: Run, tmp_path: Path) -> None:
     """Each plot has the time at which the antenna passes it."""
     rng, period, rows = np.random.default_rng(4), 2.4, []

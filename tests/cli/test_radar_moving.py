@@ -188,8 +188,7 @@ def tracks(folder: Path) -> Array:
 @pytest.mark.parametrize(
     "write",
     [
-        *(pytest.param(one, marks=pytest.mark.validate) for one in (columns_m, columns_deg, relative)),
-        places_deg,
+        *(pytest.param(one, marks=pytest.mark.validate) for one in (columns_m, columns_deg, relative, places_deg)),
         turning,
     ],
 )
@@ -243,7 +242,7 @@ def plots_as_metres(folder: Path) -> list[str]:
     ("write", "finding"),
     [
         pytest.param(swapped, "radar.own-heading", marks=pytest.mark.validate),
-        (radians, "radar.own-heading"),
+        pytest.param(radians, "radar.own-heading", marks=pytest.mark.validate),
         (degrees_as_metres, "radar.own-place"),
         pytest.param(plots_as_metres, "radar.places", marks=pytest.mark.validate),
     ],

@@ -177,7 +177,7 @@ def failing(folder: Path) -> set[str]:
     return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
 
 
-@pytest.mark.parametrize("name", longer(ODD, *LONG))
+@pytest.mark.parametrize("name", longer(ODD, *LONG, "second radar in turn", "milliseconds", "shaking"))
 def test_it_is_named(elusive_in: Run, tmp_path: Path, name: str) -> None:
     draw, finding, sentence = ODD[name]
     written(tmp_path, draw(np.random.default_rng([5, list(ODD).index(name)])))
@@ -203,6 +203,7 @@ def tracks_of(folder: Path) -> Array:
     return np.column_stack([table[name] for name in ("time_s", "track", "x_m", "y_m")])
 
 
+@pytest.mark.validate
 def test_a_sector_in_degrees_has_no_finding(elusive_in: Run, tmp_path: Path) -> None:
     written(tmp_path, sector(np.random.default_rng([5, 52])))
     code, said = elusive_in(*TRACK)

@@ -55,7 +55,7 @@ def save(folder: Path, form: str) -> list[object]:
     return [path.name]
 
 
-@pytest.mark.parametrize("form", longer(["npy", "npy-long", "csv", "txt-long", "wav"], "npy", "txt-long"))
+@pytest.mark.parametrize("form", longer(["npy", "npy-long", "csv", "txt-long", "wav"], "npy", "npy-long", "txt-long"))
 def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
     timed = form in ("csv", "wav")
     code, said = elusive_in(

@@ -112,6 +112,7 @@ def test_every_search_ends_where_numpy_does(method: tuple[str, int]) -> None:
             assert errors.tolist()[0] in np.minimum(apart, 150 - apart).tolist()
 
 
+@pytest.mark.validate
 def test_all_figures_and_the_table(tmp_path: Path) -> None:
     reports: list[Progress] = []
     done = reproduce(tmp_path / "new" / "out", trials=2, on_progress=reports.append)
@@ -229,6 +230,7 @@ def test_stopped_between_two_threads_it_goes_on_in_one_to_the_same_files(
     assert (whole / "fig3.csv").read_bytes() != (whole / "fig4.csv").read_bytes()
 
 
+@pytest.mark.validate
 def test_another_seed_draws_other_cases(tmp_path: Path) -> None:
     for seed in (1, 2):
         reproduce(tmp_path / str(seed), ["fig3"], trials=2, seed=seed)

@@ -118,6 +118,7 @@ def test_tables_and_figures_of_the_experiments(table4_6: tuple[Path, Reproduced]
     assert 0.005 < (grey < 250).mean() < 0.9
 
 
+@pytest.mark.validate
 def test_a_method_alone_is_the_same(table4_6: tuple[Path, Reproduced], tmp_path: Path) -> None:
     both, reports = table4_6[1].cells, list[Progress]()
     given = {"methods": ["image", "links"], "trials": 2, "on_progress": reports.append}

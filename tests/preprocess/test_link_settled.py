@@ -9,6 +9,7 @@ from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_settled import ANOTHER_ROOM, away_from
 from elusive.sensors.radio_network import RssFrame, directed_links_of
+from tests.longer import longer
 from tests.tracking.link_scenes import border
 
 NODES, SD = border(12, 4.0), 0.6
@@ -28,7 +29,7 @@ def followed(rise_at, away, frames, interval_s=0.5):
     return states
 
 
-@pytest.mark.parametrize("interval_s", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("interval_s", longer([0.1, 0.5, 2.0], 0.1))
 def test_levels_that_step_are_the_rooms_from_then_on(interval_s):
     step = np.where(np.random.default_rng(3).random((132, 1)) < 0.4, 4.0, 0.0)
     at = round(30 / interval_s)

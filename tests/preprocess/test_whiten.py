@@ -13,9 +13,12 @@ from elusive.preprocess.levels import normal
 from elusive.preprocess.linear_prediction import innovations, learnt, no_prediction
 from elusive.preprocess.past_prediction import no_past, without_past
 from elusive.preprocess.whiten import no_noise_model, whitened
+from tests.longer import longer
 
 FRAMES, SAMPLES = 400, 300
 LAWS = {"laplace": laplace(), "power": expon(), "log-normal": lognorm(1.0), "student": student(3)}
+COLOURS = ("white", "ar0.9", "time0.8", "hum", "drifting", "complex")
+MORE_COLOURS = ("ar0.5", "ar0.99", "time0.5", "time0.95", "both", "pink", "unequal", "along", "offsets")
 
 
 def noise(kind: str, seed: int = 1) -> np.ndarray:
@@ -65,13 +68,7 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
     return abs(np.mean(a * b.conj()))
 
 
-@pytest.mark.parametrize(
-    "kind",
-    [
-        "white", "ar0.5", "ar0.9", "ar0.99", "time0.5", "time0.8", "time0.95", "both", "pink", "hum", "unequal",
-        "drifting", "along", "offsets", "complex",
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize("kind", [*COLOURS, *longer(MORE_COLOURS, *MORE_COLOURS)])
 def test_what_comes_out_is_white(kind: str) -> None:
     """Correlations of 120 000 samples, along and in time, and those of their squares; a standard error is .003."""
     white = made_white(noise(kind))[20:]
@@ -166,7 +163,7 @@ def test_a_frame_of_another_size_is_said() -> None:
         whitened(model, rng.standard_normal(61), rng)
 
 
-@pytest.mark.parametrize("kind", LAWS)
+@pytest.mark.parametrize("kind", longer(LAWS, "laplace", "power"))
 def test_noise_that_is_not_gaussian_comes_out_gaussian_and_of_one_level(kind: str) -> None:
     """Skewness of 2 and more or kurtosis of 3 and more comes in; that each frame's loudness is uncertain leaves .3."""
     model, found = no_noise_model(SAMPLES, 5), []

@@ -12,6 +12,7 @@ from elusive.motion.altitude import WithAltitude
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors, wrapped
+from tests.longer import longer
 
 PLACES = ((0.0, 0.0, 1.0), (70.0, 12.0, 0.0), (-60.0, 81.0, 5.0))
 FLAT = BearingSensors(positions_m=PLACES, sigma_deg=2.0)
@@ -79,7 +80,7 @@ def test_a_sample_without_elevation_leaves_the_others_mean():
     assert (azimuth[0], elevation[0]) == (pytest.approx(0.2), pytest.approx(0.2))
 
 
-@pytest.mark.parametrize("outliers", [0.0, 0.3])
+@pytest.mark.parametrize("outliers", longer([0.0, 0.3], 0.0))
 def test_likelihood_integrates_to_one(outliers):
     flat = FLAT.replace(outlier_probability=outliers, positions_m=PLACES[:1])
     angles = np.linspace(-np.pi, np.pi, 4001)[:-1]

@@ -18,6 +18,7 @@ from elusive.tracking.detection_targets import Evidence, Expected, Target
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.extended_scan import associated_extended
 from elusive.tracking.lifecycle import Life
+from tests.longer import longer
 
 RADAR = RadarSensor(
     detection_probability=0.9, false_alarms=2.0, max_range_m=6000.0, doppler_probability=0.0, bearing_sd_mrad=2.0
@@ -147,7 +148,9 @@ SCENES = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize(
+    "scene", longer(SCENES, "a long ship that comes straight on", "a pilot boat beside a long ship")
+)
 def test_each_ship_is_one_track_of_its_own_length(scene):
     ships, lengths = SCENES[scene]
     rng = np.random.default_rng(4)

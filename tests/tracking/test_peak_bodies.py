@@ -10,6 +10,7 @@ from elusive.systems.images.track import ImageTracking, track_images
 from elusive.tracking.peak_bodies import leave_parts
 from elusive.tracking.peak_companions import leave_companions, leave_layers
 from elusive.tracking.peak_targets import PeakTargets
+from tests.longer import longer
 
 FRAMES, ROWS, COLUMNS = 60, 96, 176
 MOTORS = np.array([[-11.0, -5.0], [11.0, -5.0], [-11.0, 5.0], [11.0, 5.0], [0.0, 0.0]])
@@ -32,7 +33,7 @@ def scene(seed: int) -> tuple[np.random.Generator, np.ndarray]:
     return rng, frames
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize("sign", longer([1.0, -1.0], -1.0))
 def test_a_machine_of_several_hot_parts_is_one_track_at_its_middle(sign: float) -> None:
     _, frames = scene(5)
     y, x = np.mgrid[:ROWS, :COLUMNS]

@@ -11,6 +11,7 @@ from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.metrics import path_bound
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearings import BearingSensors
+from tests.longer import longer
 
 MOTION = ConstantVelocity(q=0.5)
 TIMES = np.arange(30.0)
@@ -72,7 +73,7 @@ def far_off(estimator, seeds):
     return bad
 
 
-@pytest.mark.parametrize("estimator", ["ekf", "iekf", "rts", "lag", "map"])
+@pytest.mark.parametrize("estimator", longer(["ekf", "iekf", "rts", "lag", "map"], "rts", "lag"))
 def test_none_of_a_hundred_scenes_but_one_is_lost(estimator):
     assert len(far_off(estimator, range(100))) <= 1
 

@@ -13,6 +13,7 @@ from elusive.systems.bearings.deviation import deviation_found
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.run import checked
 from elusive.systems.bearings.track import track
+from tests.longer import longer
 from tests.systems.bearings.test_powers import SENSORS, SITES, flown
 
 UNTOLD = BearingTracking(emitters={"kind": "one"})
@@ -24,7 +25,7 @@ def heard(seed: int, sigma_deg: float) -> list[BearingSet]:
     return SENSORS.replace(sigma_deg=sigma_deg).simulate(way, np.arange(float(len(way))), np.random.default_rng(seed))
 
 
-@pytest.mark.parametrize("sigma_deg", [0.3, 3.0])
+@pytest.mark.parametrize("sigma_deg", longer([0.3, 3.0], 3.0))
 def test_it_is_found_and_nothing_is_found_wrong(sigma_deg):
     sets = heard(1, sigma_deg)
     found = deviation_found(UNTOLD, SITES, sets)

@@ -17,6 +17,7 @@ from elusive.systems.bearings.locate import EmitterLocation
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track
 from tests.bearing_flight import NAMES, PLACES_M, STEPS, path
+from tests.longer import longer
 
 SITES = SensorSites(NAMES, np.array(PLACES_M))
 SENSORS = BearingSensors(positions_m=PLACES_M, sigma_deg=0.5)
@@ -137,7 +138,10 @@ def arrivals_of(sense):
     return {"sigma_s": METRE_S, "emission_known": sense == "toa"}
 
 
-@pytest.mark.parametrize(("sense", "name"), list(itertools.product(SENSED, ("map", "fixed-lag", "iekf"))))
+@pytest.mark.parametrize(
+    ("sense", "name"),
+    longer(itertools.product(SENSED, ("map", "fixed-lag", "iekf")), ("both", "map"), ("both", "fixed-lag")),
+)
 def test_times_of_arrival_are_tracked_within_what_is_claimed(sense, name):
     parameters = BearingTracking(filter={"kind": name}, sigma_deg=0.5, arrivals=arrivals_of(sense))
     states = path()[1]

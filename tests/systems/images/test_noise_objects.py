@@ -129,11 +129,12 @@ def test_noise_that_goes_on_from_frame_to_frame_is_no_object() -> None:
     assert np.hypot(*np.subtract(track.position, (x, 20))) < 1.5
 
 
+@pytest.mark.validate
 @pytest.mark.parametrize(
     ("sensor", "learns"),
     [
         ({"kind": "clutter"}, True),
-        pytest.param({"kind": "white", "noise_sigma": 1.0}, False, marks=pytest.mark.validate),
+        ({"kind": "white", "noise_sigma": 1.0}, False),
     ],
 )
 def test_recorded_evidence_is_held_against_the_clutter_and_white_noise_against_itself(

@@ -22,6 +22,7 @@ from elusive.systems.images.run import track_recording
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
 from tests.browsing import data_in, layers
+from tests.longer import longer
 
 SHAPE = (40, 48)
 SENSOR = ImageSensor(rows=SHAPE[0], columns=SHAPE[1])
@@ -77,7 +78,7 @@ def test_the_velocity_is_that_of_the_target() -> None:
     np.testing.assert_allclose(velocities.mean(axis=0), (0.8, -0.4), atol=0.1)
 
 
-@pytest.mark.parametrize("noise", ["gaussian", "rayleigh"])
+@pytest.mark.parametrize("noise", longer(["gaussian", "rayleigh"], "rayleigh"))
 def test_false_alarms_come_at_the_wanted_rate(noise: Any) -> None:
     """Of 200 runs at .1 some 20; the law is fitted to some 256 maxima, which scatters the rate by a quarter more."""
     sensor = ImageSensor(rows=20, columns=20, noise=noise)

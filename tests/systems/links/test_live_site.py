@@ -84,6 +84,7 @@ def test_a_room_of_rays_is_tracked_by_shadowing(seed):
     assert looked == unlooked
 
 
+@pytest.mark.validate
 def test_an_effect_that_was_given_stays_while_frames_come():
     frames, nodes, _ = door(3, nodes=16)
     given = PARAMETERS.replace(method=LinksMethod(effect=LinkShadowing(far_sd_db=2.0)))

@@ -77,6 +77,7 @@ def test_the_person_is_found_without_ghosts():
     assert run.identities <= 10  # 7; 15 with a gate of 2.5 m, where links fade too
 
 
+@pytest.mark.validate
 def test_it_is_by_counting_the_fading_as_noise():
     """Told that links do not fade, the same tracker sees several people in one."""
     assert (followed(ImageMethod(fading_db=0.0)).confirmed > 1).mean() > 0.5

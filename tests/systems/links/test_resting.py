@@ -60,7 +60,7 @@ def test_what_never_moves_and_keeps_steady_is_the_rooms(seed, varies):
         assert np.nanmedian(np.abs(changed.level_db - np.nanmean(after, axis=0))) < 0.5
 
 
-@pytest.mark.parametrize("period_s", [6.0, 13.0])
+@pytest.mark.parametrize("period_s", longer([6.0, 13.0], 13.0))
 def test_what_turns_to_and_fro_is_the_rooms(period_s):
     """A fan's head: its levels wander from one second to the next, but not over turns."""
     rng, sensor = np.random.default_rng(1), shadowed_links(0)

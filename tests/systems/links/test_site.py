@@ -129,6 +129,7 @@ def how_many(room):
     return np.array([sum(track.status == "confirmed" for track in step.tracks) for step in steps])
 
 
+@pytest.mark.validate
 def test_two_people_who_walk_while_the_site_is_fitted_are_two():
     """Fitted as though one walked, effects were so wide that one person explained both, and nothing was said."""
     assert (how_many(ray_room(0, (0.7, 0.5), frames=70)) == 2).mean() >= 0.9

@@ -9,6 +9,7 @@ import pytest
 
 from elusive.contracts import Array
 from elusive.systems.radar.copies import copies_finding
+from tests.longer import longer
 
 RANGE_SD_M, BEARING_SD, DETECTED, TURN_S, SCANS = 10.0, 2e-3, 0.85, 2.5, 120
 TIMES_S = TURN_S * np.arange(SCANS)
@@ -75,7 +76,7 @@ def judged(plots: list[Array]) -> tuple[bool, int, str]:
     return found.holds, int(found.seen), found.sentence
 
 
-@pytest.mark.parametrize("ships", [apart, lanes, fairway, tacking, convoy])
+@pytest.mark.parametrize("ships", longer([apart, lanes, fairway, tacking, convoy], tacking))
 def test_ships_in_company_are_no_copies(ships: Callable[[np.random.Generator], Array]) -> None:
     """In ten recordings of each kind; told by the shape of tracks alone, nine of 24 were accused."""
     for seed in range(10):

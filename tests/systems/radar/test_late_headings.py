@@ -14,7 +14,6 @@ from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.systems.radar.late_headings import Headings, righted
 from elusive.systems.radar.live import follow_radar
 from elusive.systems.radar.parameters import RadarTracking
-from tests.longer import longer
 from tests.systems.test_flat import Coming
 
 TURN_S, SCANS, RANGE_SD_M, BEARING_SD, DETECTED, ALARMS, FURTHEST_M = 2.5, 72, 10.0, 3e-3, 0.9, 3, 8000.0
@@ -88,7 +87,8 @@ def test_how_late_they_are_is_found(late_s):
         assert np.abs(off).max() < np.radians(3.0) * 0.5  # where a turn begins, and it turns between two plots
 
 
-@pytest.mark.parametrize("yaw", longer([0.0, 0.06], 0.0))
+@pytest.mark.validate
+@pytest.mark.parametrize("yaw", [0.0, 0.06])
 def test_right_headings_are_left_alone(yaw):
     for seed in range(3):
         gathered = Headings()

@@ -142,6 +142,7 @@ def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
     assert "radar.alarms" in findings
 
 
+@pytest.mark.validate
 def test_where_they_are_is_found_though_all_else_is_told(tmp_path):
     told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": ALARMS}
     _, findings = followed(tmp_path / "live", recorded(9), **told)

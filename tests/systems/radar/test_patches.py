@@ -116,7 +116,7 @@ def test_live_it_is_none_either(tmp_path):
     assert sum(number for *_, number in patches) == pytest.approx(ALARMS, abs=error + 1.0)
 
 
-@pytest.mark.parametrize("told", [(), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
+@pytest.mark.parametrize("told", [pytest.param((), marks=pytest.mark.validate), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
 def test_what_is_told_stays(told):
     scans = recorded(shower, 2)[:4]
     parameters = RadarTracking(radar={"false_alarm_patches": told}, particles=100)

@@ -23,6 +23,7 @@ from elusive.systems.radar.report import (
 from elusive.systems.radar.report.page import POINTS_SHOWN, SCANS_SHOWN, radar_drawing
 from elusive.systems.radar.report.shading import SIDE, TILE, TILES_AT_MOST, VERTICES_AT_MOST
 from tests.browsing import data_in, is_drawn, layers, names, pixels, stands_alone, titles
+from tests.longer import longer
 
 SHORE = np.array([[-4000.0, 1000.0], [4000.0, 1000.0], [4000.0, 9000.0], [-4000.0, 9000.0]])  # land in the north
 LAKE = np.array([[-200.0, 1200.0], [-200.0, 1300.0], [-100.0, 1300.0], [-100.0, 1200.0]])
@@ -320,7 +321,7 @@ def test_a_long_recording_is_thinned_for_the_page(tmp_path: Path) -> None:
 CASES = [(100, 1, True, True), (60, 3, False, True), (1, 1, True, True), (40, 1, True, False), (5, 0, False, True)]
 
 
-@pytest.mark.parametrize(("scans", "tracks", "truth", "chart"), CASES)
+@pytest.mark.parametrize(("scans", "tracks", "truth", "chart"), longer(CASES, CASES[0], CASES[1]))
 def test_the_figure_is_drawn(tmp_path: Path, scans: int, tracks: int, truth: bool, chart: bool) -> None:
     radar_report(tracked(scans, tracks, truth=truth, chart=chart)).write_figure(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as image:
