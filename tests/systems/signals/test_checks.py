@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from elusive.systems.signals.track import SignalState, SignalTracking, track_sig
 from elusive.tracking import Step, Track
 from tests.longer import longer
 
+later = partial(pytest.param, marks=pytest.mark.validate)
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}
 TIMES, SAMPLES = 150, 200
 
@@ -76,7 +78,7 @@ def read_as_pairs(frames: np.ndarray) -> np.ndarray:
     return frames[:, ::2] + 1j * frames[:, 1::2]
 
 
-@pytest.mark.parametrize("kind", longer(["white", "strong", "ar0.9", "unequal", "along"], "strong", "unequal"))
+@pytest.mark.parametrize("kind", longer(["white", "strong", "ar0.9", "unequal", "along"], "strong", "unequal", "along"))
 def test_what_is_right_is_not_remarked_on(kind: str) -> None:
     assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
 
@@ -103,17 +105,17 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
     [
         (lambda: noise("ar0.9", 1), ["--noise", "white", "--subtract-mean"], "signals.colour", True),
         (lambda: noise("unequal", 1), ["--noise", "white"], "signals.levels", True),
-        (lambda: noise("along", 1, samples=800), ["--noise", "white"], "signals.levels", True),
+        later(lambda: noise("along", 1, samples=800), ["--noise", "white"], "signals.levels", True),
         (lambda: noise("drifting", 1, times=400), [], "signals.drift", False),
-        (lambda: noise("ar0.9", 1).T, [], "signals.axes", False),
+        later(lambda: noise("ar0.9", 1).T, [], "signals.axes", False),
         (lambda: noise("ar0.9", 1).T, ["--noise", "white"], "signals.axes", True),
-        (lambda: noise("unequal", 1, samples=300).T, [], "signals.axes", False),
+        later(lambda: noise("unequal", 1, samples=300).T, [], "signals.axes", False),
         (lambda: noise("white", 1)[:15], [], "signals.few", False),
         (lambda: noise("white", 1)[:8], [], "signals.few", True),
         (lambda: noise("white", 1)[:, :30], [], "signals.short", False),
-        (lambda: noise("white", 1), ["--calibration-frames", "10", "--smoothing", "0.95"], "signals.short", False),
+        later(lambda: noise("white", 1), ["--calibration-frames", "10", "--smoothing", "0.95"], "signals.short", False),
         (lambda: noise("bursts", 1, times=300), [], "signals.bursts", True),
-        (lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.bursts", True),
+        later(lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.bursts", True),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
         (lambda: noise("rests", 1), [], "signals.rests", False),
         (lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),
@@ -124,11 +126,11 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
             True,
         ),
         (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
-        (lambda: np.clip(noise("white", 1), -0.5, 0.5), [], "signals.even", True),
+        later(lambda: np.clip(noise("white", 1), -0.5, 0.5), [], "signals.even", True),
         (lambda: (2000 * noise("white", 1)).astype(">i2").view("<i2"), [], "signals.even", True),
         (lambda: in_turn(noise("white", 1), 2 * noise("white", 2)), [], "signals.interleaved", False),
-        (lambda: in_turn(noise("ar0.5", 1), noise("ar0.5", 2)), [], "signals.interleaved", False),
-        (lambda: read_as_pairs(noise("ar0.9", 1)), [], "signals.interleaved", False),
+        later(lambda: in_turn(noise("ar0.5", 1), noise("ar0.5", 2)), [], "signals.interleaved", False),
+        later(lambda: read_as_pairs(noise("ar0.9", 1)), [], "signals.interleaved", False),
         (lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
     ],
