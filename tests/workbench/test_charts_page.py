@@ -38,6 +38,7 @@ from tests.workbench.test_links_page import (
 )
 
 
+@pytest.mark.validate
 def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

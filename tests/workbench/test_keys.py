@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import pytest
+
 from tests.workbench.conftest import Served
 from tests.workbench.test_links_page import OpenTab, button, field, report, told
 
@@ -33,6 +35,7 @@ def chosen(page: Any, key: str, name: str) -> None:
     page.get_by_role("listbox").locator("visible=true").first.wait_for(state="hidden")
 
 
+@pytest.mark.validate
 def test_a_signals_scene_is_changed_and_run(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(800).page
     page.goto(f"{served.address}/signals")
