@@ -157,6 +157,7 @@ CELL = re.compile(r"^```\{code-cell\} python\n(?::.*\n)*(.*?)^```$", re.MULTILIN
 CELLS = {page: found for page in PAGES if (found := CELL.findall((ROOT / page).read_text(encoding="utf-8")))}
 
 
+@pytest.mark.validate
 @pytest.mark.parametrize("page", CELLS)
 def test_every_cell_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One after another, as when the site is built, which runs each page in a process of its own."""

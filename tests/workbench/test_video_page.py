@@ -20,6 +20,7 @@ SMALL = VideoSimulation(
 )  # fmt: skip
 
 
+@pytest.mark.validate
 def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     served: Served, open_tab: OpenTab, tmp_path: Path
 ) -> None:
