@@ -25,17 +25,17 @@ def clutter(seed: int, lasts: float, wide: float, speed: float, spread: float = 
     return np.exp(spread * carried) * rng.standard_normal((TIMES, SAMPLES))
 
 
-def seen(frames: np.ndarray) -> tuple[list[tuple[int, int, float]], set[str]]:
+def seen(frames: np.ndarray, parameters: SignalTracking = PARAMETERS) -> tuple[list[tuple[int, int, float]], set[str]]:
     """Frame, number and place of what is sure and shown, and the findings that do not hold."""
     facts, rows = SignalFacts(), []
-    for k, step in enumerate(track_signal(frames, PARAMETERS)):
+    for k, step in enumerate(track_signal(frames, parameters)):
         facts.add(step)
         rows += [
             (k, one.track, float(one.mean[0]))
             for one in step.tracks
             if one.status == "confirmed" and one.extra["shown"]
         ]
-    return rows, {one.name for one in findings_of(PARAMETERS, facts) if not one.holds}
+    return rows, {one.name for one in findings_of(parameters, facts) if not one.holds}
 
 
 LAWS = [(30, 12, 0.0), (20, 8, 1.0), (4, 4, 0.0), (60, 15, 0.0), (12, 6, -0.5)]
@@ -49,6 +49,16 @@ def test_clutter_is_no_object_and_is_named(lasts: float, wide: float, speed: flo
         sum(len({track for _, track, _ in rows}) for rows, _ in found) <= 1
     )  # seven in each, held against white noise
     assert all("signals.clutter" in names for _, names in found)
+
+
+def test_a_calibration_does_not_know_it_and_errs_by_chance_alone() -> None:
+    """Held against what is calibrated, there are four; errors of a short calibration are told as no clutter."""
+    given, rng = PARAMETERS.replace(calibration_frames=40), np.random.default_rng(5)
+    rows, names = seen(clutter(11, 30, 12, 0.0), given)
+    assert not rows
+    assert "signals.clutter" in names
+    unequal = np.exp(0.7 * rng.standard_normal(SAMPLES)) * rng.standard_normal((TIMES, SAMPLES))
+    assert "signals.clutter" not in seen(unequal, given)[1]
 
 
 @pytest.mark.validate

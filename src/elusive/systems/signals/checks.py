@@ -30,7 +30,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _alarms(parameters, facts),
         _bursts(facts),
         _followed(facts),
-        _clutter(facts),
+        _clutter(parameters, facts),
         _alike(facts),
         _rest(parameters, facts),
         _axes(facts),
@@ -143,9 +143,13 @@ def _followed(facts: SignalFacts) -> Finding:
     )
 
 
-def _clutter(facts: SignalFacts) -> Finding:
+def _clutter(parameters: SignalTracking, facts: SignalFacts) -> Finding:
     """Say where the level of the noise lasts or travels, as clutter's does, so that objects must be louder."""
-    fact = facts.clutter
+    errs, smoothing = 1.0, parameters.recursion.smoothing
+    if parameters.calibration_frames:
+        # the energy of a sample errs by the variance of one frame's over the frames, and by the same in all of them
+        errs = math.sqrt(1 + (1 + smoothing) / (1 - smoothing) / parameters.calibration_frames)
+    fact = facts.clutter(errs)
     return fact.finding(
         "signals.clutter",
         f"Noise accumulates to up to {fact.seen:.1f} times as much as white noise does: its level lasts for some "

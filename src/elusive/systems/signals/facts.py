@@ -200,10 +200,15 @@ class SignalFacts:
         count = self.samples * max(frames, 0) / MEMORY
         return Fact(1.0, seen, not (count > 0 and seen > STAYS + 5 * math.sqrt(2 / count)), count)
 
-    @property
-    def clutter(self) -> Fact:
-        """Deviation of what accumulates along the worst velocity, in the middle frame, to that of white noise."""
-        seen = float(np.median(self._spreads)) if self._spreads else 1.0
+    def clutter(self, errs: float) -> Fact:
+        """Deviation of what accumulates along the worst velocity, in the middle frame, to that of white noise.
+
+        Parameters
+        ----------
+        errs
+            What it is by errors of a calibration alone.
+        """
+        seen = float(np.median(self._spreads)) / errs if self._spreads else 1.0
         return Fact(1.0, seen, seen <= SPREAD, self._usable)
 
     @property

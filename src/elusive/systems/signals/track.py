@@ -121,8 +121,7 @@ def track_signal(
         parameters.recursion,
         parameters.tracks,
         Footprint.of_object(parameters.statistic.window, parameters.object_size),
-        # calibration frames tell it otherwise
-        clutter=parameters.noise == "estimated" and not parameters.calibration_frames,
+        clutter=parameters.noise == "estimated",
     )
     if known is None:
         known = _Known(parameters.whitened, (), follower.init(rng, -1.0), {})
