@@ -19,6 +19,7 @@ from elusive.errors import DataError
 from elusive.model import Model, Positive
 from elusive.preprocess.channel_bursts import disturbed
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
+from elusive.preprocess.link_drift import Drift, drift_after, no_drift, of_drift
 from elusive.preprocess.link_settled import Flags, Settled
 from elusive.preprocess.node_gains import node_gains, of_readings
 from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
@@ -34,6 +35,7 @@ class RssState(NamedTuple):
     recent_dbm: Array  # (n, D, C) levels of the latest frames, for the variance
     rise_db: Array  # (D, C) of each reading of the latest frame above the calibration, NaN where missing
     settled: Settled
+    drift: Drift  # of the gains of nodes and channels: taken out
     settled_share: float = 0.0  # of the readings, that had settled off the empty room's levels
     gains_db: Array = np.zeros((0, 2))  # (S, 2) change of each node's own gain, as it sends and hears: taken out
     bursts: Flags = np.zeros(0, dtype=bool)  # (C,) channels that something disturbs in the frame: left out
@@ -93,7 +95,7 @@ class RssChange(Model):
         links = len(_undirected(len(calibration.mean_dbm))) // 2
         shape = calibration.mean_dbm.shape
         unread = np.full(links, np.nan), calibration, np.empty((0, *shape)), np.full(shape, np.nan)
-        return RssState(*unread, Settled.none(calibration))
+        return RssState(*unread, Settled.none(calibration), no_drift(_nodes(shape[0]), shape[1]))
 
     def step(self, state: RssState, frame: RssFrame, *, empty: bool = False, away: Flags | None = None) -> RssState:
         """Return the state after one more frame; its ``change`` is what an image is made of.
@@ -122,23 +124,27 @@ class RssChange(Model):
                 f"channels), finite or missing (got shape {level.shape})."
             )
         level = np.where(level <= state.calibration.floor_dbm, np.nan, level)
-        nodes, empty_sd = _nodes(len(level)), state.calibration.sd_db
-        bursts = disturbed(level - state.calibration.mean_dbm, empty_sd, nodes)
+        nodes, empty_sd, mean_dbm = _nodes(len(level)), state.calibration.sd_db, state.calibration.mean_dbm
+        drifted_dbm = mean_dbm + of_drift(state.drift.gain_db, nodes)
+        bursts = disturbed(level - drifted_dbm, empty_sd, nodes)
         level[:, bursts] = np.nan
-        gains = node_gains(level - state.calibration.mean_dbm, empty_sd, nodes, state.gains_db)
+        gains = node_gains(level - drifted_dbm, empty_sd, nodes, state.gains_db)
         level = level - of_readings(gains)
-        recent, rise = state.recent_dbm, level - state.calibration.mean_dbm
+        interval_s = frame.time_s - state.calibration.time_s
+        drift = drift_after(state.drift, level - mean_dbm, empty_sd, away, interval_s)
+        level = level - of_drift(drift.gain_db, nodes)
+        recent, rise = state.recent_dbm, level - mean_dbm
         if self.measure == "variance":
             recent = np.concatenate([recent[-(self.window_frames - 1) :], level[None]])
             values = _variance(recent)
         else:
             values = np.abs(rise) if self.measure == "change" else -rise
-        change = self._averaged(values, state.calibration.mean_dbm)
-        settled, share = state.settled.after(rise, frame.time_s - state.calibration.time_s), 0.0
+        change = self._averaged(values, mean_dbm)
+        settled, share = state.settled.after(rise, interval_s), 0.0
         calibration = self._recalibrated(state.calibration, level, frame.time_s, empty)
         if away is not None:
             settled, calibration, share = settled.moved(calibration, away)
-        return RssState(change, calibration, recent, rise, settled, share, gains, bursts)
+        return RssState(change, calibration, recent, rise, settled, drift, share, gains, bursts)
 
     def _averaged(self, values: Array, mean_dbm: Array) -> Array:
         """Average of each undirected link over channels and directions, eq. 3.8; NaN where there is nothing."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from elusive.io import Truth
 from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_drift import no_drift
 from elusive.sensors.radio_network import RssFrame, radio_nodes
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.people import TrackEvent
@@ -49,6 +50,7 @@ def step_of(time_s, tracks, events, cloud, calibrating=False):
         calibration=Calibration(0.0, QUIET, np.zeros_like(QUIET), ()),
         settled_share=0.0,
         gains_db=np.zeros((0, 2)),
+        drift=no_drift(len(NODES.names), 1),
         bursts=np.zeros(1, bool),
     )
     state = SimpleNamespace(people=people, events=tuple(events), calibrating=calibrating, remarks=REMARKS, rss=rss)

@@ -13,9 +13,10 @@ import numpy as np
 from elusive.checks import Fact, Finding
 from elusive.contracts import Array
 from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_drift import of_drift
 from elusive.preprocess.link_settled import ANOTHER_ROOM
 from elusive.report.clock import moment
-from elusive.sensors.radio_network import RadioNodes, links_of, undirected_of
+from elusive.sensors.radio_network import RadioNodes, directed_links_of, links_of, undirected_of
 from elusive.systems.links.by_links import LinksState
 from elusive.systems.links.resting import Changed
 from elusive.tracking.track import Step
@@ -36,6 +37,7 @@ class LevelFacts:
         self._settled, self._settled_s = 0.0, math.nan
         self._bursts, self._looked = 0, 0
         self._gain_db, self._gain_of, self._gain_s = 0.0, "", math.nan
+        self._drift_db, self._drift_of, self._drift_s = 0.0, "", math.nan
         self._changes, self._changed, self._changed_s = 0, "", math.nan
 
     def add(self, step: Step) -> None:
@@ -49,6 +51,7 @@ class LevelFacts:
         self._bursts += int(step.state.rss.bursts.sum())
         self._looked += len(step.state.rss.bursts)
         self._gain(step)
+        self._drifts(step)
         people = step.state.people
         if isinstance(people, LinksState) and people.changed is not None:
             if not self._changes:
@@ -78,9 +81,31 @@ class LevelFacts:
             does = "sends and hears" if gains[node, 0] == gains[node, 1] else ("sends", "hears")[side]
             self._gain_of = f"what {self._nodes.names[node]} {does}"
 
+    def _drifts(self, step: Step) -> None:
+        """Keep by how much gains have drifted, on which link most, and when they were first known to."""
+        drift = step.state.rss.drift
+        if drift.chosen < 0:
+            return
+        if math.isnan(self._drift_s):
+            self._drift_s = step.time_s
+        added = of_drift(drift.gain_db, len(self._nodes.names))
+        link, channel = np.unravel_index(int(np.abs(added).argmax()), added.shape)
+        if abs(added[link, channel]) > abs(self._drift_db):
+            self._drift_db = float(added[link, channel])
+            sender, receiver = directed_links_of(len(self._nodes.names))[link]
+            self._drift_of = f"{self._nodes.names[sender]}-{self._nodes.names[receiver]}-{channel}"
+
     def findings(self) -> tuple[Finding, ...]:
         """Return what was checked."""
-        return self._rounding(), self._floor(), self._radio(), self._burst(), self._room(), self._moved()
+        return (
+            self._rounding(),
+            self._floor(),
+            self._radio(),
+            self._drifting(),
+            self._burst(),
+            self._room(),
+            self._moved(),
+        )
 
     def _rounding(self) -> Finding:
         return Fact(1.0, self._step_db, not self._step_db > COARSE_DB, math.nan).finding(
@@ -109,6 +134,15 @@ class LevelFacts:
             f"From {moment(self._gain_s)} on {self._gain_of} reads {self._gain_db:+.1f} dB on all links alike, which "
             "nobody does who walks: a radio's own gain has changed, and is taken out of its levels.",
             "See to the radio's supply and antenna, or calibrate again.",
+            grave=False,
+        )
+
+    def _drifting(self) -> Finding:
+        return Fact(0.0, abs(self._drift_db), math.isnan(self._drift_s), math.nan).finding(
+            "links.drift",
+            f"From {moment(self._drift_s)} on levels drift alike on all links of a radio, or of a channel, as nobody "
+            f"makes them: by {self._drift_db:+.1f} dB where most ({self._drift_of}). It is taken out of them.",
+            "See to the radios' supplies and clocks, or calibrate again.",
             grave=False,
         )
 
