@@ -404,16 +404,18 @@ def followed(rng: np.random.Generator, scene: Any, rests: np.ndarray, frames: in
     return beliefs
 
 
-def test_a_target_that_jumps_keeps_its_number_and_is_shown_again_at_once() -> None:
+@pytest.mark.parametrize("unseen", [0, 3])
+def test_a_target_that_jumps_keeps_its_number_and_is_shown_again_at_once(unseen: int) -> None:
     rng = np.random.default_rng(7)
 
     def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
         jump = (-9.0, 8.0) if k >= 40 else (0.0, 0.0)
-        return np.array([[20.0 + k + jump[0], 60.0 - 0.4 * k + jump[1]]]), np.array([12.0])
+        there = slice(0 if 40 <= k < 40 + unseen else 1)
+        return np.array([[20.0 + k + jump[0], 60.0 - 0.4 * k + jump[1]]])[there], np.array([12.0])[there]
 
     shown = shown_of(followed(rng, scene, resting(rng)))
     assert len(shown[39]) == 1
-    assert shown[46] == shown[59] == shown[39]
+    assert shown[46 + unseen] == shown[59] == shown[39]
 
 
 def test_what_hops_once_does_not_move() -> None:

@@ -34,7 +34,7 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
         near = np.hypot(*(place[fresh] - place[old]).T) < REACH_PX + 3 * speed[old]
         ratio = targets.strength[fresh] / targets.strength[old]
         like = near & (targets.bright[fresh] == targets.bright[old]) & (ratio > ALIKE)
-        like &= np.abs(targets.level[fresh] - targets.level[old]) < 2 * level_spread
+        like &= np.abs(targets.level[fresh] - targets.level[old]) < 3 * level_spread
         if like.sum() != 1:
             continue
         new = int(fresh[like][0])

@@ -33,7 +33,7 @@ class PeakTargets(NamedTuple):
     bright: NDArray[np.bool_]  # (n,) else dark
     evidence: Array  # (n,) log likelihood of all its frames with it, less that of clutter
     resting: Array  # (n, R) the same, had it always been at rest in one way
-    shown: NDArray[np.bool_]  # (n,)
+    shown: NDArray[np.bool_]  # (n,) when it was seen last
     origin: Array  # (n, 2) its first place
     farthest: Array  # (n,) from there so far [px]
     lately: Array  # (n, HOP, 2) its places before, the latest last

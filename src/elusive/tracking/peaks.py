@@ -183,6 +183,7 @@ class SceneTracker(PeakRecursion):
             # what has stopped may be the copy that a coder left of it
             enough &= targets.way > GOES_PX
         shown &= seen & (enough | self._alone(targets, shown))
+        held = targets.shown & confirmed & ~seen
         gone = confirmed & (targets.farthest > LAYER_PX)
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
@@ -208,7 +209,7 @@ class SceneTracker(PeakRecursion):
             named = {"intensity": grey, "snr_db": ratio_db, "moves": moving, "shown": visible}
             found.append(Track(track, status, exists, centre, spread, math.nan, named))
         return belief._replace(
-            targets=targets._replace(shown=shown), lives=lives, numbered=numbered, reliability=reliability,
+            targets=targets._replace(shown=shown | held), lives=lives, numbered=numbered, reliability=reliability,
             boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
         )  # fmt: skip
 
