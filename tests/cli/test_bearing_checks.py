@@ -200,7 +200,7 @@ WRONG = {
     "too sure": (flown, SITES_M, SIGMA_DEG / 10, "they fit with a deviation of"),
     "too sure by four": (flown, SITES_M, SIGMA_DEG / 4, "they fit with a deviation of"),  # two short tracks explain it
     "two at random": (two_at_random, SITES_M, SIGMA_DEG, "more than one emitter"),
-    "north": (lambda seed: erring(seed, turned_deg=6.0), SITES_M, SIGMA_DEG, "azimuths of sensor 2 are"),
+    "north": (lambda seed: erring(seed, turned_deg=12.0), SITES_M, SIGMA_DEG, "azimuths of sensor 2 are"),
     "clock": (lambda seed: erring(seed, late=3), SITES_M, SIGMA_DEG, "sensor 2"),
     "imprecise": (imprecise, SITES_M, SIGMA_DEG, "sensor 2 reports lies"),
     "rounded": (rounded, SITES_M, SIGMA_DEG, "whole multiples of 10 degrees"),

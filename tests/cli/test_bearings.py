@@ -94,10 +94,11 @@ def test_the_same_numbers_again_from_the_config(flight, tmp_path, capsys):
 
 def test_live_from_standard_input_is_the_recording(flight, tmp_path, capsys, monkeypatch):
     whole, live = tmp_path / "whole", tmp_path / "live"
-    assert run(capsys, *usual(flight, "--filter", "iekf", "--q", "1", "--out", whole))[0] == 0
+    told = ("--filter", "iekf", "--q", "1", "--bias-sd-deg", "0.1")  # live nothing persists that is not told
+    assert run(capsys, *usual(flight, *told, "--out", whole))[0] == 0
     text = (flight / "bearings.csv").read_bytes()
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
-    code, said = run(capsys, "-", *usual(flight, "--filter", "iekf", "--q", "1", "--follow", "--out", live)[1:])
+    code, said = run(capsys, "-", *usual(flight, *told, "--follow", "--out", live)[1:])
     assert code == 0, said
     lines, summary = json_lines(said)
     assert summary["steps"] == len(lines) == STEPS

@@ -78,7 +78,7 @@ def misfit(problem, table, row, state):
         up = np.arctan2(state[4] - table.places[row, 2], np.hypot(east, north))
         angles = np.array([across * np.cos(table.elevation_rad[row]), table.elevation_rad[row] - up])
     if problem.bias:
-        first = d + 2 * table.sensor[row]
+        first = d + (2 if "z" in problem.motion.state_names else 1) * table.sensor[row]
         angles = angles - np.deg2rad(problem.bias.sd_deg) * state[first : first + len(angles)]
     return angles
 

@@ -133,7 +133,7 @@ def bearing_rows(
     count = 2 if solid else 1
     if transitions.bias >= 0:
         for i in range(count):
-            column = transitions.bias + 2 * table.sensor[row] + i
+            column = transitions.bias + transitions.ways * table.sensor[row] + i
             H[n + i, column] = transitions.bias_scale
             residual[n + i] -= transitions.bias_scale * state[column]
     return count

@@ -61,7 +61,7 @@ def straightened(T: Transitions, turned: float) -> Transitions:
         for place, speed in ((X, VX), (Y, VY)):
             Q[which, place, place] += turned**2 * step**4 / 4
             Q[which, speed, speed] += turned**2 * step**2
-    return Transitions(T.interval_s, T.which, T.F, Q, -1, T.q_speed, T.q_turn, T.solid, T.bias, T.bias_scale)
+    return Transitions(T.interval_s, T.which, T.F, Q, -1, T.q_speed, T.q_turn, T.solid, T.bias, T.bias_scale, T.ways)
 
 
 def guessed(table: BearingTable, T: Transitions, anchor: Anchor, loss: Loss, start: Start) -> Array:

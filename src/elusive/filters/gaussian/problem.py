@@ -122,12 +122,12 @@ class Problem(Setting):
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components: the motion's, then each sensor's bias across and upwards."""
+        """Names of the state's components: the motion's, then each sensor's bias across and, with heights, upwards."""
         names = tuple(self.motion.state_names)
         if self.bias is None:
             return names
-        n = range(self.biased)
-        return (*names, *(f"bias_{way}_{k}" for k in n for way in ("across", "upwards")))
+        n, ways = range(self.biased), ("across", "upwards") if "z" in names else ("across",)
+        return (*names, *(f"bias_{way}_{k}" for k in n for way in ways))
 
     def first(self) -> tuple[Array, Array]:
         """Mean and covariance before a measurement: the prior, or a wide Gaussian about the sensors' centre."""

@@ -43,8 +43,9 @@ class Transitions(NamedTuple):
     q_speed: float
     q_turn: float
     solid: bool  # the state has a height
-    bias: int  # column of the first sensor's bias across, then upwards, then the next sensor's; -1: none
+    bias: int  # column of the first sensor's bias across, with heights then upwards, then the next one's; -1: none
     bias_scale: float  # [rad]
+    ways: int  # biases of a sensor: across and, with heights, upwards
 
 
 def tabled(motion: Motion) -> bool:
@@ -81,8 +82,8 @@ def transitions_of(
     steps = np.diff(np.asarray(times_s, np.float64))
     intervals, which = np.unique(np.round(steps, STEP_DIGITS), return_inverse=True)
     tables = [_step(motion, float(T), position_noise_m, bias, sensors) for T in intervals]
-    d = len(motion.state_names)
-    whole = d + (2 * sensors if bias else 0)
+    d, ways = len(motion.state_names), _ways(motion)
+    whole = d + (ways * sensors if bias else 0)
     F = np.array([F for F, _ in tables]).reshape(-1, whole, whole)
     Q = np.array([Q for _, Q in tables]).reshape(-1, whole, whole)
     turning = type(motion) is ConstantTurnRateVelocity
@@ -97,7 +98,12 @@ def transitions_of(
         "z" in motion.state_names,
         d if bias else -1,
         math.radians(bias.sd_deg) if bias else 0.0,
+        ways,
     )
+
+
+def _ways(motion: Motion) -> int:
+    return 2 if "z" in motion.state_names else 1
 
 
 def _step(
@@ -121,5 +127,5 @@ def _step(
         return F, Q
     kept = math.exp(-interval_s / bias.memory_s)
     forgotten = max(-math.expm1(-2 * interval_s / bias.memory_s), FLOOR)
-    n = 2 * sensors
-    return np.asarray(block_diag(F, kept * np.eye(n))), np.asarray(block_diag(Q, forgotten * np.eye(n)))
+    each = np.eye(_ways(motion) * sensors)
+    return np.asarray(block_diag(F, kept * each)), np.asarray(block_diag(Q, forgotten * each))

@@ -123,22 +123,14 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     """Say why one emitter's track leaves its bearings further than their deviation allows."""
     heard = [step.measurement for step in steps[:TRIED_TIMES]]
     if all(isinstance(times, BearingSet) for times in heard):
-        radians = in_radians(steps, parameters, sites)
-        if radians is not None:
-            return radians
-        read = [(tracked(other, parameters, sites)[1], cause) for cause, other in _readings(heard, sites)]
-        fitting = [(one, cause) for one, cause in read if one is not None and better(one, scale)]
-        if fitting:
-            other, cause = min(fitting, key=lambda one: one[0].half)
-            return Cause(f"they fit, to {other.half:.2g} times, if {cause.sentence}", cause.remedy)
+        read = reading_of(steps, parameters, sites, scale)
+        if read is not None:
+            return read
         fault = fault_of([steps], parameters, sites)
         if fault is not None and fault.fits:
             return Cause(f"they fit if {fault.what}", fault.remedy)
-        turned = turned_sensor(heard, parameters, sites, scale)
-        if turned is not None:
-            return Cause(*turned)
         likeliest = _likeliest(heard, parameters, sites)
-        if not _one_scatters(heard, likeliest, parameters, sites) and several_explain(heard, parameters, sites):
+        if of_several(steps, likeliest, parameters, sites):
             return Cause(
                 "they are of more than one emitter, as two tracks or more explain them",
                 "Do not rely on the track; take --emitters several.",
@@ -155,6 +147,29 @@ def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSi
     )
 
 
+def reading_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: Scale) -> Cause | None:
+    """Return another way to read the bearings, which fits far better; None where there is none."""
+    heard = [step.measurement for step in steps[:TRIED_TIMES]]
+    radians = in_radians(steps, parameters, sites)
+    if radians is not None:
+        return radians
+    read = [(tracked(other, parameters, sites)[1], cause) for cause, other in _readings(heard, sites)]
+    fitting = [(one, cause) for one, cause in read if one is not None and better(one, scale)]
+    if fitting:
+        other, cause = min(fitting, key=lambda one: one[0].half)
+        return Cause(f"they fit, to {other.half:.2g} times, if {cause.sentence}", cause.remedy)
+    turned = turned_sensor(heard, parameters, sites, scale)
+    return None if turned is None else Cause(*turned)
+
+
+def of_several(
+    steps: Sequence[Step], likeliest_deg: float | None, parameters: BearingTracking, sites: SensorSites
+) -> bool:
+    """Say whether several emitters explain bearings, and not rather one of a greater deviation."""
+    heard = [step.measurement for step in steps[:TRIED_TIMES]]
+    return not _one_scatters(heard, likeliest_deg, parameters, sites) and several_explain(heard, parameters, sites)
+
+
 def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
     """Check that bearings that fit as they are read fit no better in another way, by the evidence of the path.
 
@@ -162,8 +177,8 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
     """
     heard = [step.measurement for step in steps[:TRIED_TIMES] if isinstance(step.measurement, BearingSet)]
     asked, gain, best = tried_with(parameters), 0.0, Cause("", "")
-    base = path_of(heard, asked, sites) if asked is not None and len(heard) >= LEAST_TIMES else None
-    if asked is not None and base is not None:
+    base = path_of(heard, asked, sites) if len(heard) >= LEAST_TIMES else None
+    if base is not None:
         for cause, other in _conventions(heard):
             path = path_of(other, asked, sites)
             if path is not None and evidence_of(path) - evidence_of(base) > gain:

@@ -26,6 +26,7 @@ from elusive.systems.bearings.given import (
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
 from elusive.systems.bearings.mirrored import mirrored_finding
+from elusive.systems.bearings.norths import norths_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.receiver import receiver_finding
 from elusive.tracking.track import Step
@@ -148,6 +149,8 @@ def _residuals(
     found.append(convention)
     fault = fault_of([steps], parameters, sites) if convention.holds else None
     found.append(fault_finding(fault, said))
+    if fault is None:
+        found.append(norths_finding(steps, parameters, sites, said))
     if fault is None and not persists and convention.holds:
         found.append(motion_finding(steps, parameters, sites, said))
     return found

@@ -1,28 +1,30 @@
-"""How precise bearings are, where nobody tells: by the evidence of the path, unless something else is wrong."""
+"""How precise bearings are and what persists of their errors, where nobody tells, unless something else is wrong."""
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 
 from elusive.errors import DataError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.causes import cause_of
-from elusive.systems.bearings.choices import Estimation
-from elusive.systems.bearings.faults import LEAST_TIMES, fault_of
+from elusive.systems.bearings.causes import ALONE, in_radians, of_several, reading_of
+from elusive.systems.bearings.choices import Estimation, GraphFilter, OneEmitter
+from elusive.systems.bearings.faults import LEAST_TIMES
 from elusive.systems.bearings.fit import fit_bearings
 from elusive.systems.bearings.fitting import tracked
+from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
 
+NORTHS_DEG = 10.0  # of what persists, beyond which azimuths rather mean something else
 
-def deviation_found(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
-    """Return the parameters with the deviation of one emitter's bearings, where it is not given.
 
-    Bearings that leave their path since another convention, a second emitter or a sensor's error explains them tell no
-    deviation, nor do those of a single sensor or with times of arrival. The usual one is taken then, and what is wrong
-    is found beside it.
+def errors_found(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
+    """Return the parameters with the deviation and the bias of one emitter's bearings, where they are not given.
+
+    Bearings that leave their path since another convention or a second emitter explains them tell neither, nor do
+    those of a single sensor or with times of arrival. The usual deviation and no bias are taken then, and what is
+    wrong is found beside them.
 
     Parameters
     ----------
@@ -33,20 +35,31 @@ def deviation_found(parameters: BearingTracking, sites: SensorSites, heard: Sequ
     heard
         What is heard of it, in the order of time.
     """
-    if parameters.sigma_deg is not None:
-        return parameters
     usual = parameters.replace(sigma_deg=parameters.deviation_deg)
-    biased = isinstance(parameters.filter, Estimation) and parameters.filter.bias is not None
-    if biased or len(heard) < LEAST_TIMES or not all(isinstance(one, BearingSet) for one in heard):
+    told = isinstance(parameters.filter, GraphFilter) or parameters.filter.bias is not None
+    if told and parameters.sigma_deg is not None:
+        return parameters
+    if len(heard) < LEAST_TIMES or not all(isinstance(one, BearingSet) for one in heard):
         return usual
     moving = powers_found(usual, sites, [heard])
     steps, scale = tracked(heard, moving, sites)
-    if scale is None:
+    if scale is None or in_radians(steps, moving, sites) is not None:
         return usual
-    if scale.wide and cause_of(steps, moving, sites, scale).deviation_deg is None:
+    if scale.wide and reading_of(steps, moving, sites, scale) is not None:
         return usual
-    if not scale.wide and scale.persists and fault_of([steps], moving, sites) is not None:
+    try:
+        tree = fit_bearings(heard, sites, parameters).tree
+    except DataError:  # one sensor alone
         return usual
-    with contextlib.suppress(DataError):  # one sensor alone
-        return parameters.replace(sigma_deg=fit_bearings(heard, sites).tree["sigma_deg"])
-    return usual
+    found = usual.replace(sigma_deg=tree.get("sigma_deg", usual.sigma_deg))
+    bias = tree.get("filter", {}).get("bias")
+    if bias is not None and isinstance(found.filter, Estimation):
+        found = found.replace(filter=found.filter.replace(bias=bias))
+        if bias["sd_deg"] > NORTHS_DEG:
+            return usual
+    asked = found.replace(motion={"kind": "cv"} | tree["motion"], emitters=OneEmitter())
+    scale = tracked(heard, asked, sites)[1]
+    if scale is None or scale.wide or scale.number < FEW:
+        return usual
+    scatter = found.deviation_deg > ALONE * usual.deviation_deg
+    return usual if scatter and of_several(steps, found.deviation_deg, moving, sites) else found

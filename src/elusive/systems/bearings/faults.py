@@ -60,10 +60,15 @@ class _Explained(NamedTuple):
     paths: list[list[Step]]  # of each emitter
 
 
-def tried_with(parameters: BearingTracking) -> BearingTracking | None:
-    """Return what a path is estimated with to try an error of a sensor; None: a bias is estimated already."""
+def tried_with(parameters: BearingTracking, *, biased: bool = True) -> BearingTracking:
+    """Return what one emitter's whole path is estimated with to try something; perhaps without a bias."""
     asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter()).by("map")
-    return asked if isinstance(asked.filter, Estimation) and asked.filter.bias is None else None
+    return asked if biased or bias_of(asked) is None else asked.replace(filter=asked.filter.replace(bias=None))
+
+
+def bias_of(parameters: BearingTracking) -> AngleBias | None:
+    """Return the bias of each sensor that is estimated."""
+    return parameters.filter.bias if isinstance(parameters.filter, Estimation) else None
 
 
 def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
@@ -76,10 +81,8 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     parameters, sites
         What they were tracked with.
     """
-    asked = tried_with(parameters)
-    if asked is None or not isinstance(asked.filter, Estimation):
-        return None
-    heard, base = list[Heard](), list[list[Step]]()
+    asked, heard, base = tried_with(parameters, biased=False), list[Heard](), list[list[Step]]()
+    assert isinstance(asked.filter, Estimation)
     for steps in emitters:
         start = max(0, (len(steps) - TIMES) // 2)
         part = [step.measurement for step in steps[start : start + TIMES] if len(sensors_of(step.measurement))]
@@ -89,8 +92,13 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     used = sorted({number for part in heard for times in part for number in times.sensor.tolist()})
     if not 3 <= len(used) <= SENSORS:
         return None
+    claimed, least = base, GAIN
+    if bias_of(parameters) is not None:
+        # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
+        claimed = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(heard, base, strict=True)]
+        least += max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)
     errors = errors_of(heard, base, sites, used, parameters.deviation_deg)
-    found = _explaining(errors, heard, sites, asked, base)
+    found = _explaining(errors, heard, sites, asked, base, least)
     if not found:
         return None
     pairs = _explaining(pairs_of(errors), heard, sites, asked, base, found[0].gain + AS_LIKELY)
@@ -103,7 +111,7 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     mended = best.error.without(heard[0], sites, best.sizes)[1]
     sensor = asked.sensor_of(mended, BearingSet, "z" in base[0][0].state.state_names)
     fits = not any(scale_of(leftovers(path, sensor, asked.filter)).wide for path in best.paths)
-    moved = max(apart_by(*two) for one in (best, *others) for two in zip(base, one.paths, strict=True))
+    moved = max(apart_by(*two) for one in (best, *others) for two in zip(claimed, one.paths, strict=True))
     what = ", or ".join([what, *(one.error.said(one.sizes)[0] for one in others[:1])])
     fault = Fault(what, remedy, best.gain, moved, fits)
     return fault if fault.moved > MOVED else None
@@ -112,7 +120,7 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
 def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSites) -> bool:
     """Say whether a path is far likelier, or taken, without a bias of each sensor as large as a bearing's deviation."""
     asked = tried_with(parameters)
-    if asked is None or not isinstance(asked.filter, Estimation):  # they are estimated
+    if bias_of(parameters) is not None or not isinstance(asked.filter, Estimation):  # they are estimated
         return True
     part = [times for times in heard[:LONGEST] if len(times.sensor)]
     biased = asked.replace(filter=asked.filter.replace(bias=AngleBias(sd_deg=parameters.deviation_deg)))
@@ -158,7 +166,7 @@ def _explaining(
     sites: SensorSites,
     asked: BearingTracking,
     base: list[list[Step]],
-    least: float = GAIN,
+    least: float,
 ) -> list[_Explained]:
     """Return the errors that raise the evidence by enough, those that raise it most first."""
     sized = [_sized(error, heard, sites, asked, base, least) for error in errors]

@@ -13,7 +13,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.faults import apart_by, evidence_of, path_of, tried_with
+from elusive.systems.bearings.faults import apart_by, bias_of, evidence_of, path_of, tried_with
 from elusive.systems.bearings.heard import moving, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.sensor_errors import shifted
@@ -31,11 +31,9 @@ def receiver_finding(
     """Say how far a path lies off with a heading as wrong as one bearing is; None: no lone receiver moves."""
     heard = [step.measurement for step in steps[:TIMES] if isinstance(step.measurement, BearingSet)]
     used = set[int]().union(*(set(sensors_of(times).tolist()) for times in heard))
-    if len(heard) < LEAST_TIMES or len(used) != 1 or not moving(heard):
+    if bias_of(parameters) or len(heard) < LEAST_TIMES or len(used) != 1 or not moving(heard):
         return None
     asked = tried_with(parameters)
-    if asked is None:
-        return None
     base = path_of(heard, asked, sites)
     moved = away_m = lost = 0.0
     for size in (-parameters.deviation_deg, parameters.deviation_deg):

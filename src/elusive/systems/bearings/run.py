@@ -25,7 +25,7 @@ from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
 from elusive.systems.bearings.choices import SeveralEmitters
-from elusive.systems.bearings.deviation import deviation_found
+from elusive.systems.bearings.deviation import errors_found
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
@@ -98,7 +98,7 @@ def track_bearings_recording(
     if isinstance(emitters, SeveralEmitters):
         parameters = fitted(parameters, sites, heard)
     else:
-        parameters = deviation_found(parameters, sites, max(by_label.values(), key=len))
+        parameters = errors_found(parameters, sites, max(by_label.values(), key=len))
         parameters = parameters if labels else powers_found(parameters, sites, [heard])
     remarks = [*said(), *parameters.remarks(elevations=elevated)]
     with nullcontext() if out is None else atomic_folder(out) as folder:
