@@ -82,7 +82,7 @@ SYSTEMS = (
         "bearings",
         "bearings from a few places",
         "emitters",
-        "elusive track bearings bearings.csv --sensors sensors.csv --sigma-deg 0.5 --out result",
+        "elusive track bearings bearings.csv --sensors sensors.csv --out result",
         "elusive.systems.bearings.page",
         fits=True,
         tries=(("confirm_from", "x0.7"), ("sigma_deg", "2"), ("detection_probability", "x0.6")),
