@@ -35,10 +35,8 @@ NORTHS = math.log(3.0)  # deviation of the logarithm of norths' deviation about 
 STAYS, MEMORIES = 10.0, math.log(5.0)  # intervals after which what wanders is forgotten, and of its logarithm
 TWENTY_TO_ONE = 3.0  # of log evidence
 BY_CHANCE = 2.0  # deviations of a correlation that is none
-COVER, ROUNDS = (
-    0.6,
-    4,
-)  # what is left of a deviation by errors that persist and are not told, and how often it is sought
+COVER = 0.6  # what is left of a deviation by errors that persist and are not told
+ROUNDS = 4  # in which that is sought
 
 
 class Setting(NamedTuple):
