@@ -12,11 +12,14 @@ import pytest
 
 from elusive.contracts import Array
 from tests.cli.test_bearings import run
+from tests.commands import ran
 from tests.longer import longer
 
 SITES = np.array([(-60.0, -35.0, 1.0), (75.0, -20.0, 2.0), (10.0, 90.0, 3.0)])
 WIDE = np.array([(-400.0, -350.0, 0.0), (450.0, -300.0, 0.0), (380.0, 420.0, 0.0), (-420.0, 380.0, 0.0)])
+FAR = np.array([1200.0, 900.0])
 SIGMA_DEG = 1.0
+PLACES = ("x_m", "y_m", "sd_x_m", "sd_y_m", "correlation_xy")
 Row = tuple[float, int, float, float]  # time, sensor, azimuth and elevation [s, deg]
 
 
@@ -71,10 +74,9 @@ def off_a_wall(rng: np.random.Generator) -> tuple[list[Row], Array]:
     return heard(rng, way, WIDE) + heard(rng, way * [-1, 1, 1] + [800, 0, 0], WIDE), WIDE
 
 
-def far_away(rng: np.random.Generator) -> tuple[list[Row], Array]:
+def far_away(rng: np.random.Generator, radius_m: float = 40.0) -> tuple[list[Row], Array]:
     """Each north is off by half a degree and more."""
-    way = circling(rng, np.array([1200.0, 900.0]), 40.0)
-    return heard(rng, way, SITES, np.array([0.6, -0.7, 0.5])), SITES
+    return heard(rng, circling(rng, FAR, radius_m), SITES, np.array([0.6, -0.7, 0.5])), SITES
 
 
 def mirrored_past_a_line(rng: np.random.Generator) -> tuple[list[Row], Array]:
@@ -105,7 +107,6 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], s
     "mirrored past a line": (mirrored_past_a_line, "bearings.convention", "anticlockwise from north"),
     "a drifting north": (a_drifting_north, "bearings.sensors", "the north of sensor 1 drifts by"),
     "one clock late": (one_clock_late, "bearings.sensors", "the bearings of sensor 1 come"),
-    "far away": (far_away, "bearings.remote", "times as far as the sensors are apart"),
 }
 
 
@@ -116,6 +117,28 @@ def test_it_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str], name: s
     code, said = run(capsys, *told(tmp_path, rows, sites), "--sigma-deg", SIGMA_DEG)
     assert code == 0, said
     assert sentence in failing(tmp_path)[finding]
+
+
+def test_a_far_emitter_at_rest_is_located_with_a_remark(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows, sites = far_away(np.random.default_rng([3, 5]), radius_m=0.0)
+    code, said = ran(capsys, "locate", *told(tmp_path, rows, sites), "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    assert "times as far as the sensors are apart" in failing(tmp_path)["bearings.remote"]
+
+
+def test_a_far_emitter_is_no_surer_than_norths_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Taken for exact they allow 35 m."""
+    rows, sites = far_away(np.random.default_rng([3, 5]))
+    code, said = run(capsys, *told(tmp_path, rows, sites), "--sigma-deg", SIGMA_DEG)
+    assert code == 0, said
+    with (tmp_path / "out/tracks.csv").open(newline="") as file:
+        found = [{name: float(row[name]) for name in PLACES} for row in csv.DictReader(file)]
+    way = circling(np.random.default_rng([3, 5]), FAR, 40.0)
+    spread = np.array([(row["sd_x_m"], row["sd_y_m"]) for row in found])
+    x, y = ((way[:, :2] - [(row["x_m"], row["y_m"]) for row in found]) / spread).T
+    across = np.array([row["correlation_xy"] for row in found])
+    assert np.median(np.hypot(*spread.T)) > 100
+    assert np.median((x**2 + y**2 - 2 * across * x * y) / (1 - across**2)) < 9.2  # of 99 %
 
 
 def test_elevations_from_the_zenith_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

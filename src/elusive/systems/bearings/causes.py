@@ -18,7 +18,7 @@ from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import SeveralEmitters
-from elusive.systems.bearings.faults import LEAST_TIMES, evidence_of, fault_of, path_of, tried_with
+from elusive.systems.bearings.faults import LEAST_TIMES, bias_of, evidence_of, fault_of, path_of, tried_with
 from elusive.systems.bearings.fitting import better, fits, tracked
 from elusive.systems.bearings.leftovers import Scale
 from elusive.systems.bearings.parameters import BearingTracking
@@ -176,13 +176,13 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
     Where sensors stand nearly in a line from north to south an emitter in the east and one in the west differ little.
     """
     heard = [step.measurement for step in steps[:TRIED_TIMES] if isinstance(step.measurement, BearingSet)]
-    asked, gain, best = tried_with(parameters), 0.0, Cause("", "")
-    base = path_of(heard, asked, sites) if len(heard) >= LEAST_TIMES else None
-    if base is not None:
+    gain, best = 0.0, Cause("", "")
+    base = _most_evidence(heard, parameters, sites) if len(heard) >= LEAST_TIMES else -math.inf
+    if base > -math.inf:
         for cause, other in _conventions(heard):
-            path = path_of(other, asked, sites)
-            if path is not None and evidence_of(path) - evidence_of(base) > gain:
-                gain, best = evidence_of(path) - evidence_of(base), cause
+            rise = _most_evidence(other, parameters, sites) - base
+            if rise > gain:
+                gain, best = rise, cause
     radians = in_radians(steps, parameters, sites) if gain > LIKELIER else None
     if radians is not None:  # so close together that most readings nearly fit
         return Finding(
@@ -198,6 +198,14 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
         f"{said}The bearings fit, and fit better (their log evidence rises by {gain:.0f}) if {best.sentence}: then the "
         "emitter is elsewhere.", best.remedy,
     )  # fmt: skip
+
+
+def _most_evidence(heard: Sequence[BearingSet], parameters: BearingTracking, sites: SensorSites) -> float:
+    """Return the log evidence of a path, with the errors of sensors that were found or with none."""
+    ways = [tried_with(parameters, biased=False)]
+    ways += [tried_with(parameters)] if bias_of(parameters) is not None else []
+    paths = (path_of(heard, asked, sites) for asked in ways)
+    return max((evidence_of(path) for path in paths if path is not None), default=-math.inf)
 
 
 def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Cause | None:

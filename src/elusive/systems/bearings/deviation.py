@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from elusive.errors import DataError
@@ -10,7 +11,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.causes import ALONE, in_radians, of_several, reading_of
 from elusive.systems.bearings.choices import Estimation, GraphFilter, OneEmitter
 from elusive.systems.bearings.faults import LEAST_TIMES
-from elusive.systems.bearings.fit import fit_bearings
+from elusive.systems.bearings.fit import NORTHS, fit_bearings
 from elusive.systems.bearings.fitting import tracked
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
@@ -48,12 +49,17 @@ def errors_found(parameters: BearingTracking, sites: SensorSites, heard: Sequenc
     if scale.wide and reading_of(steps, moving, sites, scale) is not None:
         return usual
     try:
-        tree = fit_bearings(heard, sites, parameters).tree
+        fit = fit_bearings(heard, sites, parameters)
     except DataError:  # one sensor alone
         return usual
+    tree = fit.tree
     found = usual.replace(sigma_deg=tree.get("sigma_deg", usual.sigma_deg))
     bias = tree.get("filter", {}).get("bias")
     if bias is not None and isinstance(found.filter, Estimation):
+        # one deviation greater: three lines or two hardly tell how far norths are off
+        (error,) = (one.deviation for one in fit.values if one.option == "--bias-sd-deg")
+        greater = min(error / bias["sd_deg"], NORTHS) if math.isfinite(error) else 0.0
+        bias = bias | {"sd_deg": float(f"{math.exp(greater) * bias['sd_deg']:.3g}")}
         found = found.replace(filter=found.filter.replace(bias=bias))
         if bias["sd_deg"] > NORTHS_DEG:
             return usual
