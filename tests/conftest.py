@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import gc
 import os
 import tempfile
@@ -22,7 +21,6 @@ from elusive.report import plots
 SETTLE, SAVEFIG = plots.settle, Figure.savefig
 COMPOSED = {"cli", "systems"}  # rooms of many short runs, of whose time painting takes more than half
 PAINTED = {"test_chart", "test_many", "test_report", "test_scenes", "test_several", "test_simulate"}  # they look
-LOCKS = Path(tempfile.gettempdir()) / f"elusive-kernels-{os.getuid()}"
 
 settings.register_profile("same", derandomize=True)  # a suite that passed passes again
 settings.load_profile("same")
@@ -37,15 +35,18 @@ def pytest_collection_finish() -> None:
 
 def compiled_once(kernel: Dispatcher, signature: Any, compile_: Any = Dispatcher.compile) -> Any:
     """Compile a kernel while no other process does: one of them compiles, the others take it over from the cache."""
-    name = f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}"
-    LOCKS.mkdir(exist_ok=True)
+    import fcntl
+
+    locks = Path(tempfile.gettempdir()) / f"elusive-kernels-{os.getuid()}"
+    locks.mkdir(exist_ok=True)
     # its own lock first: a thread that waited for it with a file held would be waited for
-    with global_compiler_lock, open(LOCKS / name, "w") as held:
+    with global_compiler_lock, open(locks / f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}", "w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
         return compile_(kernel, signature)
 
 
-Dispatcher.compile = compiled_once
+if os.name != "nt":  # which has no such locks
+    Dispatcher.compile = compiled_once
 
 
 def blank(figure: Figure, path: Any, **_: Any) -> None:

@@ -21,6 +21,7 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import BatchMap, Cruise, Estimation, OneEmitter, UseElevations
+from elusive.systems.bearings.faults import TWENTY_TO_ONE, bias_of
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -33,7 +34,6 @@ MOST_DEG = 90.0
 STEP = 0.3  # of logarithms, over which curvature is taken
 NORTHS = math.log(3.0)  # deviation of the logarithm of norths' deviation about that of a bearing, beforehand
 STAYS, MEMORIES = 10.0, math.log(5.0)  # intervals after which what wanders is forgotten, and of its logarithm
-TWENTY_TO_ONE = 3.0  # of log evidence
 BY_CHANCE = 2.0  # deviations of a correlation that is none
 COVER = 0.6  # what is left of a deviation by errors that persist and are not told
 ROUNDS = 4  # in which that is sought
@@ -198,8 +198,8 @@ def _beforehand(names: Sequence[str], logs: Array) -> float:
 
 
 def _bias_deg(parameters: BearingTracking) -> float:
-    assert isinstance(parameters.filter, Estimation)
-    return parameters.filter.bias.sd_deg if parameters.filter.bias else 1.0
+    bias = bias_of(parameters)
+    return bias.sd_deg if bias else 1.0
 
 
 def _scaled(last: tuple[SmoothedPath, float], parameters: BearingTracking, width: int) -> SmoothedPath:
@@ -217,7 +217,7 @@ def _interval(part: Sequence[PlaceSet]) -> float:
 
 def _told(best: _Found, sigma_deg: float) -> Fit:
     """Return the values as a table and as a configuration."""
-    north = best.parameters.filter.bias if isinstance(best.parameters.filter, Estimation) else None
+    north = bias_of(best.parameters)
     motion, elevations = best.parameters.motion, best.parameters.elevations
     assert isinstance(motion, Cruise)
     found = {"sigma_deg": sigma_deg, "q": motion.q}
