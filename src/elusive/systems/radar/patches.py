@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import nbinom, poisson
+from scipy.special import expit, gammaln, logit, xlogy
 
 from elusive.contracts import Array
 from elusive.sensors.alarm_patches import Patch, density
@@ -25,7 +25,6 @@ Cells = NDArray[np.int64]
 SPREAD = 0.5  # shape of the gamma density: rates of patches differ by orders of magnitude
 ROUNDS = 8
 FIRST = 0.01  # share of the cells that are taken to have a rate of their own, before any is looked at
-TINY = 1e-300
 ALL_ALONG = 0.25  # of the variance of the times of what comes at each scan
 LEAST = 1.0  # alarms in a cell, beyond those that the law tells
 
@@ -128,6 +127,8 @@ def laid(counts: Array, lasting: NDArray[np.bool_], scans: float, sea: Array, se
     sector = np.repeat(np.arange(SECTORS), BEARINGS // SECTORS)
     each = 1 / (np.bincount(band)[band][:, None] * np.bincount(sector)[sector])
     own, share, mean = np.zeros(counts.shape), FIRST, 0.0
+    whole = np.round(counts)
+    ways = gammaln(whole + SPREAD) - gammaln(SPREAD)  # of both laws, less what they share: the factorial
     for _ in range(ROUNDS):
         rest = np.zeros((BANDS, SECTORS))
         np.add.at(rest, (band[:, None], sector), counts - own)
@@ -136,9 +137,9 @@ def laid(counts: Array, lasting: NDArray[np.bool_], scans: float, sea: Array, se
         law = scans * rate * (np.outer(shares, sectors) * sea)[band[:, None], sector] * each
         if not mean:  # a rate of its own is many times what the law tells
             mean = float(np.sort(counts[lasting])[-counts.size // 100 :].mean()) if lasting.any() else 1.0
-        likely = share * nbinom.pmf(np.round(counts), SPREAD, SPREAD / (SPREAD + mean))
-        by_law = (1 - share) * poisson.pmf(np.round(counts), law)
-        its = np.where(lasting & (counts > law), likely / np.maximum(likely + by_law, TINY), 0.0)
+        negative_binomial = SPREAD * np.log(SPREAD) + xlogy(whole, mean) - (SPREAD + whole) * np.log(SPREAD + mean)
+        poisson = xlogy(whole, law) - law
+        its = np.where(lasting & (counts > law), expit(logit(share) + ways + negative_binomial - poisson), 0.0)
         share, mean = float(its.mean()), float((its * counts).sum() / max(its.sum(), 1e-9)) or 1.0
         own = its * np.maximum(counts - law, 0.0)
     patches = list[Patch]()

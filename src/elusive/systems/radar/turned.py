@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import poisson
+from scipy.special import pdtrc
 
 from elusive.checks import Finding
 from elusive.contracts import Array
@@ -97,7 +97,7 @@ class Turns:
         wide = np.any([np.roll(hit, k, axis=1) for k in range(-NEAR_DEG, NEAR_DEG + 1)], axis=0)
         fitting = wide.sum(axis=0)
         most, as_it_is = int(fitting.max()), int(max(fitting[0], fitting[-1]))
-        chance = poisson.sf(most - 1, float(fitting.mean()))
+        chance = float(pdtrc(most - 1, fitting.mean()))
         if most >= FEW and chance < SELDOM and as_it_is <= HARDLY * most:
             best = np.exp(1j * np.radians(np.flatnonzero(fitting == most) + 0.5)).mean()
             self._turns.append(Turn(scan.time_s, math.degrees(float(np.angle(best)))))
