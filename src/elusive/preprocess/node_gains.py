@@ -13,7 +13,6 @@ nearly half of the readings are wrong.
 
 from __future__ import annotations
 
-import warnings
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -21,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess.robust import MAD
+from elusive.preprocess.robust import MAD, median_of_known
 from elusive.sensors.radio_network import Indices, directed_links_of
 
 FEWEST_LINKS = 4  # of a radio that are heard both ways
@@ -83,9 +82,7 @@ def node_gains(rise_db: Array, sd_db: Array, nodes: int, before: Array | None = 
     gains[off] = np.column_stack([mean + 0.5 * apart, mean - 0.5 * apart])[off]
     alike, amount = _changed(means, 0.5 * spread, np.zeros((nodes, 1)), MOST)
     # a link that has changed must be told from one that has not
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)
-        alike &= np.abs(amount) > NEAR_SD * np.nanmedian(np.where(np.isfinite(means), spread, np.nan), axis=1)
+    alike &= np.abs(amount) > NEAR_SD * median_of_known(np.where(np.isfinite(means), spread, np.nan))
     alike &= (np.abs(differences) <= NEAR_SD * spread).sum(axis=1) > MOST * np.isfinite(differences).sum(axis=1)
     if alike.sum() > FEW * nodes:
         return gains
@@ -105,11 +102,9 @@ def _changed(values: Array, sd: Array, otherwise: Array, share: float = MORE) ->
     """
     near, known = NEAR_SD * sd, np.isfinite(values)
     links = known.reshape(len(values), len(values) - 1, -1).any(axis=2).sum(axis=1)
-    with warnings.catch_warnings():  # nodes of which nothing is heard
-        warnings.simplefilter("ignore", RuntimeWarning)
-        amount = np.nanmedian(values, axis=1)
-        about = np.abs(values - amount[:, None])
-        deviation = 1.2533 * MAD * np.nanmedian(about, axis=1) / np.sqrt(np.maximum(links, 1))
+    amount = median_of_known(values)  # NaN of nodes of which nothing is heard
+    about = np.abs(values - amount[:, None])
+    deviation = 1.2533 * MAD * median_of_known(about) / np.sqrt(np.maximum(links, 1))
     by_amount = (about <= near).sum(axis=1)
     by_others = (np.abs(values[..., None] - otherwise[:, None]) <= near[..., None]).sum(axis=1).max(axis=1)
     least = np.abs(amount[:, None] - otherwise).min(axis=1)

@@ -17,6 +17,7 @@ from scipy.special import ndtri
 from elusive.charts import Coast, CoastPart, NearestWater
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.geometry.places import along_path
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -93,7 +94,7 @@ def _stretches(coast: Coast) -> tuple[Array, Array]:
         count = int(ring.length / STEP_M)
         if count < 1.5 * ahead[-1]:
             continue
-        even = shapely.get_coordinates(shapely.line_interpolate_point(ring, np.arange(count) * STEP_M))
+        even = along_path(shapely.get_coordinates(ring), STEP_M)[:count]
         smooth = gaussian_filter1d(even, SMOOTHING_M / STEP_M, axis=0, mode="wrap")
         course = gaussian_filter1d(even, SMOOTHING_M / STEP_M, axis=0, mode="wrap", order=1)
         seaward = np.column_stack([course[:, 1], -course[:, 0]]) / np.hypot(*course.T)[:, None]
