@@ -46,6 +46,7 @@ class RadarKeeper:
         self._time, self._scan = math.nan, -1
         self._seen = np.zeros((0, 2))
         self._plots: list[tuple[int, Array]] = []  # number of the scan, (n, 3)
+        self._kept = 0  # plots in these
         self._every = 1  # scans whose plots are kept
         self._stretches: dict[tuple[int, int], _Stretch] = {}  # by stretch and track
         self._long = 1  # scans a stretch
@@ -58,9 +59,11 @@ class RadarKeeper:
         if self._scan % self._every or not len(self._seen):
             return
         self._plots.append((self._scan, np.insert(self._seen[: self._most_plots], 0, time_s, axis=1)))
-        while sum(len(part) for _, part in self._plots) > self._most_plots:
+        self._kept += len(self._plots[-1][1])
+        while self._kept > self._most_plots:
             self._every *= 2
             self._plots = [one for one in self._plots if one[0] % self._every == 0]
+            self._kept = sum(len(part) for _, part in self._plots)
 
     def offer(self, track: int, water: float, draw: Draw) -> None:
         """Take a track's cloud after the scan, if it is worth keeping.
