@@ -30,6 +30,7 @@ from elusive.campaign import (
 )
 from elusive.errors import ParameterError, StoreError
 from tests import campaign_trials as trials
+from tests.longer import longer
 from tests.processes import HUNG_S, wait_until
 
 ROOT = Path(__file__).parents[1]
@@ -144,7 +145,9 @@ def start(store: Path, workers: int) -> subprocess.Popen[str]:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and sessions")
-@pytest.mark.parametrize(("workers", "blow"), [(1, signal.SIGKILL), (2, signal.SIGKILL), (2, signal.SIGINT)])
+@pytest.mark.parametrize(
+    ("workers", "blow"), longer([(1, signal.SIGKILL), (2, signal.SIGKILL), (2, signal.SIGINT)], (2, signal.SIGKILL))
+)
 def test_a_campaign_killed_goes_on_to_the_same_bytes(serial: Path, tmp_path: Path, workers: int, blow: int) -> None:
     store = tmp_path / "store"
     with start(store, workers) as process:

@@ -35,6 +35,7 @@ from elusive.systems.registry import SYSTEMS
 from elusive.systems.video.simulate import VideoSimulation, simulate_video
 from tests.bearing_flight import write_flight
 from tests.experiments.field_scene import write_scene
+from tests.longer import longer
 
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
@@ -83,7 +84,7 @@ def test_example_runs(block: Block) -> None:
     exec(compile(block.text, block.label, "exec", dont_inherit=True), {"__name__": "example"})
 
 
-@pytest.mark.parametrize("line", COMMANDS)
+@pytest.mark.parametrize("line", longer(COMMANDS, "elusive reproduce mendieta2017 --out results"))
 def test_command_runs(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

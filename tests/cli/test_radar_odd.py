@@ -177,7 +177,9 @@ def failing(folder: Path) -> set[str]:
     return {one["name"] for one in json.loads((folder / "out/checks.json").read_text()) if not one["holds"]}
 
 
-@pytest.mark.parametrize("name", longer(ODD, *LONG, "second radar in turn", "milliseconds", "shaking"))
+@pytest.mark.parametrize(
+    "name", longer(ODD, *LONG, "second radar in turn", "milliseconds", "shaking", "a scan twice", "north set anew")
+)
 def test_it_is_named(elusive_in: Run, tmp_path: Path, name: str) -> None:
     draw, finding, sentence = ODD[name]
     written(tmp_path, draw(np.random.default_rng([5, list(ODD).index(name)])))

@@ -142,7 +142,9 @@ def signals(steps, out, told):
     follow_signal_live(Coming(frames()), source, SignalTracking(filter={"max_velocity": 3}), out, told)
 
 
-@pytest.mark.parametrize("run", longer([links, bearings, radar, frames_of, signals, video], links, bearings, video))
+@pytest.mark.parametrize(
+    "run", longer([links, bearings, radar, frames_of, signals, video], links, bearings, frames_of, signals, video)
+)
 def test_memory_does_not_grow_with_the_steps_of_a_live_run(tmp_path, monkeypatch, run):
     monkeypatch.setattr(images, "LiveFrames", Coming)
     monkeypatch.setattr(emitters, "checked", lambda *_: ())  # beside it, and not kept

@@ -185,8 +185,13 @@ def test_the_seas_mean_power_and_a_ships_are_as_told():
 
 
 @pytest.mark.parametrize(
-    ("turned_deg", "east_m", "north_m"), [(0.0, 0.0, 0.0), (-7.0, 0.0, 0.0), (2.0, 60.0, -80.0), (10.0, -100.0, 30.0)]
-)  # fmt: skip
+    ("turned_deg", "east_m", "north_m"),
+    longer(
+        [(0.0, 0.0, 0.0), (-7.0, 0.0, 0.0), (2.0, 60.0, -80.0), (10.0, -100.0, 30.0)],
+        (-7.0, 0.0, 0.0),
+        (2.0, 60.0, -80.0),
+    ),
+)
 def test_a_radar_is_laid_on_its_chart(turned_deg, east_m, north_m):
     """Land of round islands, of which a radar sees the first 200 m; ten cells are fixed that are no land."""
     sensor = RadarVideo(beam_deg=2.0, pulse_m=25.0, start_m=100.0, step_m=12.5, samples=300)
@@ -415,7 +420,7 @@ def test_a_scene_tells_the_tracker_of_its_radar():
     assert json.dumps(VideoScene(simulation=SIMULATION).model_dump(mode="json"))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", longer([1, 2, 3], 2, 3))
 def test_a_spiky_sea_keeps_its_law_beside_an_uncharted_coast_and_rocks(seed):
     """Land was counted as sea until it was known as fixed: half of strong clutter was told.
 

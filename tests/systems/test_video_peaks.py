@@ -13,6 +13,7 @@ from elusive.systems.video.peaks import at_peaks, echo_after, peaks_after, told
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
 from elusive.tracking.track import Track
+from tests.longer import longer
 from tests.reference.radar_video import level_sea
 
 
@@ -51,7 +52,10 @@ def followed(bend, deviation_m, rng):
 
 
 @pytest.mark.parametrize(
-    ("bend", "deviation_m"), [(0.0, 5.0), (0.0, 1.0), (0.02, 5.0), (0.05, 5.0), (0.3, 5.0), (0.3, 1.0)]
+    ("bend", "deviation_m"),
+    longer(
+        [(0.0, 5.0), (0.0, 1.0), (0.02, 5.0), (0.05, 5.0), (0.3, 5.0), (0.3, 1.0)], (0.0, 1.0), (0.02, 5.0), (0.3, 1.0)
+    ),
 )
 def test_a_track_is_as_far_off_as_it_says(bend, deviation_m):
     """Squares of errors in deviations told are 2 in the mean, or less: a cell's width is added to what scatters."""

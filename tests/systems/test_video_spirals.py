@@ -10,20 +10,24 @@ from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
+from tests.longer import longer
 
 RADAR = VideoRadar(spokes=360, samples=120, step_m=20.0, pulse_m=40.0, beam_deg=3.0, start_m=200.0)
 SHIP = np.array([-900.0, 8.0, 500.0, 5.0])
+EACH = [  # the sea, pulses of another radar, how far they are turned from spoke to spoke, whether they are named
+    (SeaState(law="weibull", shape=0.8, clutter_db=20.0), None, 0.0, False),
+    (SeaState(shape=0.5), 25.0, 5.219, True),
+    (SeaState(shape=1.0), 40.0, 5.219, True),
+    (SeaState(shape=1.0), 40.0, 0.7, True),
+    (SeaState(shape=1.0), 25.0, -1.3, True),
+]
 
 
 @pytest.mark.parametrize(
     ("state", "pulses_db", "further", "named"),
     [
         (SeaState(shape=0.5), None, 0.0, False),
-        (SeaState(law="weibull", shape=0.8, clutter_db=20.0), None, 0.0, False),
-        (SeaState(shape=0.5), 25.0, 5.219, True),
-        (SeaState(shape=1.0), 40.0, 5.219, True),
-        (SeaState(shape=1.0), 40.0, 0.7, True),
-        (SeaState(shape=1.0), 25.0, -1.3, True),
+        *longer(EACH, *EACH[:3]),
     ],
 )
 def test_pulses_of_another_radar_are_named_and_hide_no_ship(tmp_path, state, pulses_db, further, named):
