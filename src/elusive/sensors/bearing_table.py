@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Annotated, NamedTuple
 
@@ -73,7 +74,7 @@ def tabulated(
     DataError
         If a bearing or an arrival cannot be used, or times run backwards.
     """
-    times, counts, parts = list[float](), [0], list[Rows]()
+    times, known = list[float](), list[PlaceSet]()
     for number, measurement in enumerate(sets):
         if times_s is not None:
             time_s = float(times_s[number])
@@ -83,16 +84,12 @@ def tabulated(
             raise DataError(f"measurement {number}: is missing, and so is its time; give times_s.")
         if times and time_s < times[-1]:
             raise DataError(f"bearings at {time_s:g} s: come after {times[-1]:g} s; sort them by time.")
-        rows = _rows(sensors.nothing(time_s) if measurement is None else measurement, sensors)
-        if times and time_s == times[-1]:
-            counts[-1] += len(rows.sensor)
-        else:
-            times.append(time_s)
-            counts.append(counts[-1] + len(rows.sensor))
-        parts.append(rows)
-    stations = sensors.places
-    rows = _stacked(parts or [_rows(sensors.nothing(0.0), sensors)])
-    return BearingTable(np.array(times), np.array(counts, np.intp), *rows, stations)
+        times.append(time_s)
+        known.append(sensors.nothing(time_s) if measurement is None else measurement)
+    counts, rows = _of_all(known or [sensors.nothing(0.0)], sensors)
+    ends, row_times = np.cumsum(counts), np.array(times)
+    last = np.append(np.diff(row_times) > 0, [True] * (len(times) > 0)).astype(np.bool_)  # of each time
+    return BearingTable(row_times[last], np.append(0, ends[: len(times)][last]).astype(np.intp), *rows, sensors.places)
 
 
 class Rows(NamedTuple):
@@ -105,6 +102,30 @@ class Rows(NamedTuple):
     variance: Array
     range_m: Array
     weights: Array
+
+
+def _of_all(sets: Sequence[PlaceSet], sensors: PlaceSensor) -> tuple[list[int], Rows]:
+    """Return how many rows each time has, and these: at once where there is nothing to average, and all is sound."""
+    if isinstance(sensors, BearingSensors) and all(map(_plain, sets)):
+        sensor, azimuth, elevation = (np.concatenate([one[k] for one in sets]) for k in (1, 2, 3))
+        counts, n = [len(one[1]) for one in sets], len(sensors.positions_m)
+        within = len(sensor) == 0 or 0 <= sensor.min() <= sensor.max() < n
+        alone = len(np.unique(np.repeat(np.arange(len(sets)), counts) * n + sensor)) == len(sensor)
+        if within and alone and np.isfinite(azimuth).all() and not np.isinf(elevation).any():
+            unknown, none = np.full(len(sensor), np.nan), np.zeros((len(sensor), n))
+            elevation = unknown if sensors.dimensions == 2 else elevation
+            variance = sensors.sigmas_rad[sensor] ** 2
+            return counts, Rows(sensor, sensors.places[sensor], azimuth, elevation, variance, unknown, none)
+    parts = [_rows(one, sensors) for one in sets]
+    return [len(part.sensor) for part in parts], _stacked(parts)
+
+
+def _plain(measurement: PlaceSet) -> bool:
+    """Say whether bearings are of sensors that stand, as arrays that fit each other."""
+    if not isinstance(measurement, BearingSet) or measurement.places_m is not None:
+        return False
+    shape, *others = (np.shape(part) for part in measurement[1:4])
+    return math.isfinite(measurement.time_s) and len(shape) == 1 and others == [shape, shape]
 
 
 def _rows(measurement: PlaceSet, sensors: PlaceSensor) -> Rows:

@@ -4,119 +4,47 @@ from __future__ import annotations
 
 import contextlib
 import math
-from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.special import chdtri
 
 from elusive.checks import Finding
-from elusive.contracts import Array, X, Y
+from elusive.contracts import X, Y
 from elusive.errors import DataError
 from elusive.filters.gaussian.geolocation import Geolocation
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import SeveralEmitters
-from elusive.systems.bearings.faults import LEAST_TIMES, bias_of, evidence_of, fault_of, path_of, tried_with
-from elusive.systems.bearings.fitting import better, fits, tracked
-from elusive.systems.bearings.leftovers import Scale
+from elusive.systems.bearings.faults import LEAST_TIMES, fault_of
+from elusive.systems.bearings.fitting import (
+    BETTER,
+    FITS_FAR,
+    FITS_HALF,
+    better,
+    bias_of,
+    evidence_of,
+    fits,
+    path_of,
+    tracked,
+    tried_with,
+)
+from elusive.systems.bearings.leftovers import FEW, Scale
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.readings import RADIANS, Cause, conventions, readings, reread
 from elusive.systems.bearings.several import track_several
 from elusive.systems.bearings.turned import turned_sensor
 from elusive.tracking.track import Step
 
 TRIED_TIMES = 400  # of a recording's beginning, on which causes are tried
-FEWEST, MOST = 3, 5  # sensors of which one alone may be read otherwise
 TOGETHER, EXPLAINED, NEAR = 0.3, 0.7, 4.0  # share of the times with two tracks, of the bearings near one; deviations
 HEARD_AT_TIMES, FALSE_AT_TIMES = 0.4, 0.5  # probability, and number
 DEVIATIONS = (1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0, 50.0)  # tried, of the one told
 ALONE = 4.0  # times the deviation told up to which a greater one is no second emitter, where no fixes tell
 FIXES, CROSSING = 8, 0.5  # times with a fix that are enough, and their deviation to the likeliest of one emitter
+THIN, HOPELESS, NEARLY = 20, 10.0, 2.0  # times; log evidence by which these may fall short; times that a fit may err
 LIKELIER = 8.0  # of log evidence for another convention, by chance 3e-4 each
 SIGMA_MOST_DEG = 60.0
-
-
-class Cause(NamedTuple):
-    """What a finding says of its cause, and what to do."""
-
-    sentence: str
-    remedy: str
-    deviation_deg: float | None = None  # that explains it, where nothing else does
-
-
-class Convention(NamedTuple):
-    """How azimuths may be meant, and what they then are clockwise from north [rad]."""
-
-    name: str
-    remedy: str
-    meant: Callable[[Array], Array]
-
-
-CONVENTIONS = (
-    Convention(
-        "anticlockwise from east, or with the sensors' x and y exchanged",
-        "Convert the azimuths (90 - azimuth), or exchange the columns x_m and y_m.",
-        lambda azimuth: math.pi / 2 - azimuth,
-    ),
-    Convention(
-        "from the emitter to the sensor", "Turn the azimuths by 180 degrees.", lambda azimuth: azimuth + math.pi
-    ),
-    Convention(
-        "anticlockwise from north, or with x towards the west",
-        "Change the sign of the azimuths, or of x_m.",
-        lambda azimuth: -azimuth,
-    ),
-    Convention("clockwise from east", "Add 90 degrees to the azimuths.", lambda azimuth: azimuth + math.pi / 2),
-    Convention("in radians", "Convert the azimuths to degrees.", lambda azimuth: np.rad2deg(azimuth)),
-)
-RADIANS = CONVENTIONS[-1]
-ELEVATIONS = (
-    Convention("from the zenith", "Convert the elevations (90 - elevation).", lambda angle: math.pi / 2 - angle),
-    Convention("below the horizon", "Change the sign of the elevations.", lambda angle: -angle),
-    Convention("in radians", "Convert the elevations to degrees.", lambda angle: np.rad2deg(angle)),
-)
-
-
-def reread(heard: Sequence[object], convention: Convention, sensor: int | None = None) -> list[BearingSet]:
-    """Return bearings as another convention has them, of one sensor or of all."""
-    return [
-        times._replace(
-            azimuth_rad=np.where(
-                (times.sensor == sensor) | (sensor is None), convention.meant(times.azimuth_rad), times.azimuth_rad
-            )
-        )
-        for times in heard
-        if isinstance(times, BearingSet)
-    ]
-
-
-def _conventions(heard: Sequence[BearingSet]) -> Iterator[tuple[Cause, list[BearingSet]]]:
-    """Other ways to read all bearings."""
-    for convention in CONVENTIONS:
-        yield Cause(f"the azimuths are read {convention.name}", convention.remedy), reread(heard, convention)
-    if any(np.isfinite(times.elevation_rad).any() for times in heard):
-        for convention in ELEVATIONS:
-            other = [times._replace(elevation_rad=convention.meant(times.elevation_rad)) for times in heard]
-            yield Cause(f"the elevations are read {convention.name}", convention.remedy), other
-
-
-def _readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple[Cause, list[BearingSet]]]:
-    """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
-    yield from _conventions(heard)
-    used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
-    if not FEWEST <= len(used) <= MOST or any(times.places_m is not None for times in heard):
-        return
-    for number in used:
-        for convention in CONVENTIONS:
-            which = f"the azimuths of sensor {sites.names[number]} alone are read {convention.name}"
-            yield Cause(which, convention.remedy), reread(heard, convention, number)
-    for one, other in combinations(used, 2):
-        names = f"sensors {sites.names[one]} and {sites.names[other]}"
-        rows = np.arange(len(sites.names))
-        rows[[one, other]] = other, one
-        exchanged = [times._replace(sensor=rows[times.sensor]) for times in heard]
-        yield Cause(f"{names} are exchanged", f"Exchange the names of {names}, or their places."), exchanged
 
 
 def cause_of(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: Scale) -> Cause:
@@ -153,7 +81,10 @@ def reading_of(steps: Sequence[Step], parameters: BearingTracking, sites: Sensor
     radians = in_radians(steps, parameters, sites)
     if radians is not None:
         return radians
-    read = [(tracked(other, parameters, sites)[1], cause) for cause, other in _readings(heard, sites)]
+    # what lies far less often may be any size in the median
+    most = NEARLY * scale.half / BETTER if scale.far <= FITS_FAR else math.inf
+    likely = (one for one in readings(heard, sites) if _may_fit(one[1], parameters, sites, most))
+    read = [(tracked(other, parameters, sites)[1], cause) for cause, other in likely]
     fitting = [(one, cause) for one, cause in read if one is not None and better(one, scale)]
     if fitting:
         other, cause = min(fitting, key=lambda one: one[0].half)
@@ -179,7 +110,10 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
     gain, best = 0.0, Cause("", "")
     base = _most_evidence(heard, parameters, sites) if len(heard) >= LEAST_TIMES else -math.inf
     if base > -math.inf:
-        for cause, other in _conventions(heard):
+        few = _most_evidence(_thinned(heard), parameters, sites)
+        for cause, other in conventions(heard):
+            if _most_evidence(_thinned(other), parameters, sites) < few - HOPELESS:
+                continue
             rise = _most_evidence(other, parameters, sites) - base
             if rise > gain:
                 gain, best = rise, cause
@@ -198,6 +132,19 @@ def convention_finding(steps: Sequence[Step], parameters: BearingTracking, sites
         f"{said}The bearings fit, and fit better (their log evidence rises by {gain:.0f}) if {best.sentence}: then the "
         "emitter is elsewhere.", best.remedy,
     )  # fmt: skip
+
+
+def _thinned(heard: Sequence[BearingSet]) -> Sequence[BearingSet]:
+    """Return some of the times, evenly spread, by which most readings are seen to be wrong."""
+    return heard[:: max(len(heard) // THIN, 1)]
+
+
+def _may_fit(
+    heard: Sequence[BearingSet], parameters: BearingTracking, sites: SensorSites, most: float = math.inf
+) -> bool:
+    """Say whether bearings of some of the times nearly fit, their residuals ``most`` in the median, or are too few."""
+    scale = tracked(_thinned(heard), parameters, sites)[1]
+    return scale is not None and (scale.number < FEW or scale.half < min(NEARLY * FITS_HALF, most))
 
 
 def _most_evidence(heard: Sequence[BearingSet], parameters: BearingTracking, sites: SensorSites) -> float:
@@ -219,7 +166,8 @@ def in_radians(steps: Sequence[Step], parameters: BearingTracking, sites: Sensor
     numbers = np.abs(np.rad2deg(wrapped(np.concatenate([times.azimuth_rad for times in heard]))))
     if numbers.max() > 2 * math.pi:
         return None
-    scale = tracked(reread(heard, RADIANS), parameters, sites)[1]
+    read = reread(heard, RADIANS)
+    scale = tracked(read, parameters, sites)[1] if _may_fit(read, parameters, sites) else None
     if scale is None or not fits(scale):
         return None
     return Cause(f"they fit, to {scale.half:.2g} times, if the azimuths are read {RADIANS.name}", RADIANS.remedy)

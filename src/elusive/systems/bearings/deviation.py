@@ -11,11 +11,12 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.causes import ALONE, in_radians, of_several, reading_of
 from elusive.systems.bearings.choices import Estimation, GraphFilter, OneEmitter
 from elusive.systems.bearings.faults import LEAST_TIMES
-from elusive.systems.bearings.fit import NORTHS, fit_bearings
+from elusive.systems.bearings.fit import fit_bearings
 from elusive.systems.bearings.fitting import tracked
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
+from elusive.systems.bearings.sought import NORTHS
 
 NORTHS_DEG = 10.0  # of what persists, beyond which azimuths rather mean something else
 

@@ -15,20 +15,17 @@ from typing import NamedTuple
 import numpy as np
 
 from elusive.checks import Finding
-from elusive.contracts import Array, X, Y
-from elusive.errors import ElusiveError
+from elusive.contracts import Array
 from elusive.filters.gaussian.map_smoother import SmoothedPath
 from elusive.filters.gaussian.transitions import AngleBias
-from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.choices import Estimation, OneEmitter, Powered
+from elusive.systems.bearings.choices import Estimation, Powered
+from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import whole_path
 from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
-from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
 TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
@@ -58,17 +55,6 @@ class _Explained(NamedTuple):
     sizes: Sizes
     gain: float
     paths: list[list[Step]]  # of each emitter
-
-
-def tried_with(parameters: BearingTracking, *, biased: bool = True) -> BearingTracking:
-    """Return what one emitter's whole path is estimated with to try something; perhaps without a bias."""
-    asked = parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter()).by("map")
-    return asked if biased or bias_of(asked) is None else asked.replace(filter=asked.filter.replace(bias=None))
-
-
-def bias_of(parameters: BearingTracking) -> AngleBias | None:
-    """Return the bias of each sensor that is estimated."""
-    return parameters.filter.bias if isinstance(parameters.filter, Estimation) else None
 
 
 def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
@@ -135,7 +121,7 @@ def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
     gain = moved = 0.0
     tried = FREER * (motion.q or 0.0) if isinstance(motion, Powered) else math.nan
     if len(heard) >= LEAST_TIMES and isinstance(parameters.motion, Powered):
-        asked = parameters.replace(motion=motion, emitters=OneEmitter()).by("map")
+        asked = tried_with(parameters)
         freer = asked.replace(motion=motion.replace(q=tried))
         base, other = path_of(heard, asked, sites), path_of(heard, freer, sites)
         if base is not None and other is not None:
@@ -219,15 +205,6 @@ def _sized(
     return _Explained(error, tuple(at.tolist()), sum(map(evidence_of, paths)) - begun, paths)
 
 
-def path_of(heard: Sequence[PlaceSet], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
-    """Track one emitter; None where that cannot be done."""
-    try:
-        steps = list(track(heard, asked, sites))
-    except ElusiveError:
-        return None
-    return steps if math.isfinite(evidence_of(steps)) and all(step.tracks for step in steps) else None
-
-
 def _smoothed(steps: list[Step]) -> SmoothedPath:
     tracks = [step.tracks[0] for step in steps]
     means, covariances = np.array([track.mean for track in tracks]), np.array([track.covariance for track in tracks])
@@ -238,18 +215,3 @@ def _smoothed(steps: list[Step]) -> SmoothedPath:
 def _beside(near: SmoothedPath, heard: Heard, sites: SensorSites, asked: BearingTracking) -> SmoothedPath:
     """Return the path of bearings that are mended a little, which lies near what it was; no evidence: there is none."""
     return whole_path(asked, heard, sites, near) or near._replace(log_evidence=math.nan)
-
-
-def evidence_of(steps: list[Step]) -> float:
-    """Log evidence of a path."""
-    return float(steps[-1].state.log_evidence)
-
-
-def apart_by(base: list[Step], other: list[Step]) -> float:
-    """How far two paths lie apart, in deviations of the first."""
-    ground = np.ix_([X, Y], [X, Y])
-    there = {step.time_s: step.tracks[0].mean[[X, Y]] for step in other}
-    both = [step for step in base if step.time_s in there]  # a clock that is set has times of its own
-    off = np.array([step.tracks[0].mean[[X, Y]] - there[step.time_s] for step in both])
-    spread = np.array([step.tracks[0].covariance[ground] for step in both])
-    return math.sqrt(float(np.mean(squared_deviations(off, spread))) / 2)

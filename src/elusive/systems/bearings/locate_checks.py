@@ -17,11 +17,11 @@ from elusive.filters.gaussian.geolocation import Fix, Geolocation
 from elusive.preprocess.robust import MAD
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.causes import CONVENTIONS
 from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, units_finding
 from elusive.systems.bearings.heard import starts_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.readings import CONVENTIONS
 
 FEW = 6  # bearings below which residuals tell nothing
 TOLERANCE = 1.35  # of the deviation

@@ -8,7 +8,7 @@ import numpy as np
 
 from elusive.checks import Finding
 from elusive.sensors.bearing_sets import SensorSites
-from elusive.systems.bearings.faults import bias_of
+from elusive.systems.bearings.fitting import bias_of
 from elusive.systems.bearings.geometry import upper
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step

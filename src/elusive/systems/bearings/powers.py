@@ -28,8 +28,11 @@ LONGEST, PIECES = 2000, 10  # times, beyond which so many pieces of the recordin
 DECADES = tuple(range(-4, 6))  # about the usual power
 PIECE, BY_CHANCE = 12, 1e-3  # times of a path that has a power of its own, and how often they differ by chance
 BACK = 0.2  # share of a path's steps that the next ones take back
+HOPELESS = -30.0  # of log evidence, from which still smaller powers are not tried
 CAUTION = 2.0  # deviations of a power, a decade at most, that it is taken greater: a small one makes ellipses small
 BEFOREHAND = 1.5  # deviation of a power's decimal logarithm about the usual one's, before anything is heard
+ROUGHLY = 0.01  # of a path's deviation, at which a descent ends: the evidence errs by half its square
+Paths = list[SmoothedPath | None]
 
 
 def powers_found(
@@ -131,7 +134,9 @@ def _asked(parameters: BearingTracking) -> BearingTracking:
     """Return what one emitter's whole path is estimated with."""
     kept = parameters.filter if isinstance(parameters.filter, Estimation) else BatchMap()
     settings = {field: getattr(kept, field) for field in Estimation.model_fields}
-    return parameters.replace(motion=parameters.plain_motion, emitters=OneEmitter(), filter=BatchMap(**settings))
+    return parameters.replace(
+        motion=parameters.plain_motion, emitters=OneEmitter(), filter=BatchMap(**settings, tolerance=ROUGHLY)
+    )
 
 
 def _with(parameters: BearingTracking, name: str, power: float) -> BearingTracking:
@@ -160,19 +165,26 @@ def _tells(part: Sequence[PlaceSet]) -> bool:
 def _likeliest(
     asked: BearingTracking, name: str, usual: float, told: Sequence[Sequence[PlaceSet]], sites: SensorSites
 ) -> float:
-    """Seek the power of most evidence by decades, and between them by the parabola through the three best."""
+    """Seek the power of most evidence by decades, from the usual one outwards, and between them by a parabola."""
 
-    def evidence(decade: float) -> float:
-        one = _with(asked, name, usual * 10**decade)
-        paths = [whole_path(one, part, sites) for part in told]
-        return (
-            sum(-math.inf if path is None else path.log_evidence for path in paths) - 0.5 * (decade / BEFOREHAND) ** 2
-        )
+    def evidence(decade: int, near: Paths) -> tuple[float, Paths]:
+        one = _with(asked, name, usual * 10.0**decade)
+        paths = [whole_path(one, part, sites, path) for part, path in zip(told, near, strict=True)]
+        level = sum(-math.inf if path is None else path.log_evidence for path in paths)
+        return level - 0.5 * (decade / BEFOREHAND) ** 2, paths
 
-    levels = np.array([evidence(decade) for decade in DECADES])
+    levels = np.full(len(DECADES), -math.inf)
+    middle = DECADES.index(0)
+    levels[middle], begun = evidence(0, [None] * len(told))
+    for way, least in ((1, -math.inf), (-1, HOPELESS)):
+        at, paths = middle + way, begun
+        # who flies to and fro between two emitters has a summit of its own, of great power
+        while 0 <= at < len(DECADES) and levels[at - way] >= levels.max() + least:
+            levels[at], paths = evidence(DECADES[at], paths)
+            at += way
     if not np.isfinite(levels).any():
         return usual
-    best = int(np.where(np.isfinite(levels), levels, -math.inf).argmax())
+    best = int(levels.argmax())
     return float(usual * 10 ** (DECADES[best] + _summit(levels[max(best - 1, 0) : best + 2])))
 
 

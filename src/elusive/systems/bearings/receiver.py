@@ -13,7 +13,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.faults import apart_by, bias_of, evidence_of, path_of, tried_with
+from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
 from elusive.systems.bearings.heard import moving, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.sensor_errors import shifted

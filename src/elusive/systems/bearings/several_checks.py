@@ -12,7 +12,6 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.causes import CONVENTIONS, reread
 from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
@@ -21,6 +20,7 @@ from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.readings import CONVENTIONS, reread
 from elusive.systems.bearings.several import track_several
 from elusive.tracking.track import Step
 
