@@ -91,6 +91,14 @@ def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
     assert emitters.false_bearings == pytest.approx(2.0, abs=4 * math.sqrt(2.0 / 120))
 
 
+@pytest.mark.parametrize("sigma_deg", longer([0.3, 3.0], 0.3))
+def test_how_precise_bearings_are_is_found_from_what_is_heard(sigma_deg):
+    _, sets = crowd(4, 2, times=24, sigma_deg=sigma_deg, false=0.5)
+    found = fitted(BearingTracking(emitters={**HEARD, "false_bearings": 0.5}), SITES, sets).deviation_deg
+    # some 170 bearings, of which two of four tell the place
+    assert found == pytest.approx(sigma_deg, rel=4 * 1.17 / math.sqrt(85))
+
+
 @pytest.mark.parametrize(("emitters", "seed"), longer([(2, 1), (2, 2), (5, 2), (5, 13)], (2, 2), (5, 2), (5, 13)))
 def test_emitters_are_found(emitters, seed):
     told = BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.5})

@@ -53,7 +53,7 @@ def powers_found(
         What is heard of each, in the order of time.
     """
     told = [part for heard in emitters for part in _pieces(heard) if _tells(part)]
-    asked = _asked(parameters)
+    asked = whole(parameters)
     for name, usual in _missing(parameters, told):
         power = _likeliest(asked, name, usual, told, sites) if told else usual
         if told and name == "q" and _to_and_fro(_with(asked, name, power), told, sites):
@@ -108,7 +108,7 @@ def manoeuvres_told(parameters: BearingTracking, sites: SensorSites, emitters: S
     parts = [part for part in parts if _tells(part)]
     if len(parts) < 2 or not isinstance(parameters.motion, Powered):
         return False
-    asked, usual = _asked(parameters), parameters.motion.usual_q
+    asked, usual = whole(parameters), parameters.motion.usual_q
     ways = [_with(asked, "q", usual * 10**decade) for decade in DECADES]
     paths = [[whole_path(way, part, sites) for way in ways] for part in parts]
     levels = np.array([[-math.inf if path is None else path.log_evidence for path in row] for row in paths])
@@ -130,7 +130,7 @@ def _missing(parameters: BearingTracking, told: Sequence[Sequence[PlaceSet]]) ->
     return missing
 
 
-def _asked(parameters: BearingTracking) -> BearingTracking:
+def whole(parameters: BearingTracking) -> BearingTracking:
     """Return what one emitter's whole path is estimated with."""
     kept = parameters.filter if isinstance(parameters.filter, Estimation) else BatchMap()
     settings = {field: getattr(kept, field) for field in Estimation.model_fields}

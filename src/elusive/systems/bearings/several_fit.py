@@ -1,4 +1,4 @@
-"""What several emitters' tracker is not told: how hard they manoeuvre, how well they are heard, and what is false."""
+"""What a tracker of several is not told: how precise bearings are, how emitters move and are heard, what is false."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.choices import Cruise, PlainMotion, Powered, SeveralEmitters
+from elusive.systems.bearings.choices import Cruise, Powered, SeveralEmitters
+from elusive.systems.bearings.heard import bearings_of, starts_of
+from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
 from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import manoeuvres_told, powers_found
+from elusive.systems.bearings.powers import manoeuvres_told, powers_found, whole, whole_path
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
 from elusive.tracking.track import Step
 
@@ -22,20 +24,23 @@ LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
 CAUTION = 0.95  # of what is found: taken for too great, it makes a track that is missed follow false bearings
 FITTED_TIMES = 200  # from which is found how well emitters are heard
 TURNING = 0.1  # how often an emitter manoeuvres that does
-PASSES, LIKE = 2, 4.0  # for how emitters move, and times a power by which another is followed alike
+PASSES, LIKE, AS_PRECISE = 3, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
+BEGUN_DEG, LEAST_DEG, MOST_DEG = 2.5, 0.01, 6.0  # of a bearing where nobody tells: bearings far from a track are its
+SETTLED, LEAST_TIMES, LEAST_LEFT = 3, 8, 30  # rounds for deviation and power in turn; of a path; residuals that tell
 
 
 def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
-    """Find how hard emitters manoeuvre, how often sensors hear one and what is false, where that is not given.
+    """Find how precise bearings are, how emitters move, how often sensors hear one and what is false, where not given.
 
-    From a first pass: the evidence of each track's own bearings, and how often a bearing lies near that of a confirmed
-    track, less how often one does by chance.
+    From passes: the residuals and the evidence of each track's own bearings, and how often a bearing lies near that of
+    a confirmed track, less how often one does by chance.
     """
     emitters, motion = parameters.emitters, parameters.motion
     assert isinstance(emitters, SeveralEmitters)
-    share_told = emitters.manoeuvre_share is not None or not isinstance(motion, Cruise)
-    moves_told = share_told and not (isinstance(motion, Powered) and motion.q is None)
-    if moves_told and emitters.detection_probability is not None and emitters.false_bearings is not None:
+    moves_told = emitters.manoeuvre_share is not None or not isinstance(motion, Cruise)
+    moves_told = moves_told and not (isinstance(motion, Powered) and motion.q is None)
+    hearing = (parameters.sigma_deg, emitters.detection_probability, emitters.false_bearings)
+    if moves_told and None not in hearing:
         return parameters
     parameters, steps = _moving(parameters, sites, heard[:FITTED_TIMES])
     heard_share, false = _heard(steps, sites, math.radians(parameters.deviation_deg))
@@ -51,24 +56,54 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
 def _moving(
     parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]
 ) -> tuple[BearingTracking, list[Step]]:
-    """Find how emitters move, and return the steps of the last pass.
+    """Find how precise bearings are and how emitters move, and return the steps of the last pass.
 
-    Who may turn at any time is not lost where it does; who manoeuvres far more or less than usual is followed again.
+    Who may turn at any time is not lost where it does; who is far more or less precise, or manoeuvres so, than was
+    thought is followed again.
     """
-    emitters, motion = parameters.emitters, parameters.motion
+    emitters, motion, precise = parameters.emitters, parameters.motion, parameters.sigma_deg
     assert isinstance(emitters, SeveralEmitters)
     unknown = emitters.manoeuvre_share is None and isinstance(motion, Cruise)
     asked = parameters.replace(emitters=emitters.replace(manoeuvre_share=TURNING)) if unknown else parameters
+    asked = asked.replace(sigma_deg=precise or BEGUN_DEG)
     steps, alone = _pass(asked, sites, heard)
-    for _ in range(PASSES if isinstance(motion, Powered) and motion.q is None else 0):
-        before, asked = asked.plain_motion, powers_found(asked.replace(motion=motion), sites, alone)
-        if _alike(before, asked.plain_motion):
+    free = not precise or (isinstance(motion, Powered) and motion.q is None)
+    for _ in range(PASSES if free else 0):
+        before = asked
+        for _ in range(1 if precise else SETTLED):
+            asked = powers_found(asked.replace(motion=motion), sites, alone)
+            asked = asked if precise else asked.replace(sigma_deg=_scattered(asked, sites, alone))
+        if not precise and asked.deviation_deg > MOST_DEG:
+            # bearings so far from any track rather mean something else, which is found beside the usual deviation
+            return _moving(parameters.replace(sigma_deg=parameters.deviation_deg), sites, heard)
+        if _alike(before, asked):
             break
         steps, alone = _pass(asked, sites, heard)
     if unknown:
         share = TURNING if manoeuvres_told(asked, sites, alone) else 0.0
         asked = asked.replace(emitters=emitters.replace(manoeuvre_share=share))
     return asked, steps
+
+
+def _scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:
+    """Return by how much bearings lie about their emitters' own paths in the median, the deviation it is of [deg]."""
+    sizes, variance = [np.empty(0)], math.radians(parameters.deviation_deg) ** 2
+    for part in alone:
+        path = whole_path(whole(parameters), part, sites) if len(part) >= LEAST_TIMES else None
+        if path is None:
+            continue
+        angles = bearings_of(part)
+        rows = np.repeat(np.arange(len(part)), angles.counts)
+        off = path.states[rows][:, [X, Y]] - starts_of(part, sites)
+        slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
+        spread = path.covariances[rows][:, [[X], [Y]], [[X, Y]]]
+        free = 1 - np.einsum("ni,nij,nj->n", slope, spread, slope) / variance
+        left = np.abs(wrapped(angles.azimuth_rad - np.arctan2(off[:, 0], off[:, 1])))
+        sizes.append((left / np.sqrt(variance * np.maximum(free, LEAST_FREE)))[free > LEAST_FREE])
+    size = np.concatenate(sizes)
+    if len(size) < LEAST_LEFT:
+        return parameters.deviation_deg
+    return float(f"{max(parameters.deviation_deg * float(np.median(size)) / HALF, LEAST_DEG):.3g}")
 
 
 def _pass(
@@ -80,11 +115,11 @@ def _pass(
     return steps, [[step.measurement for step in part if len(step.measurement.sensor)] for part in own]
 
 
-def _alike(one: PlainMotion, other: PlainMotion) -> bool:
-    """Say whether powers are so near that a tracker follows both alike."""
-    assert isinstance(one, Powered)
-    assert isinstance(other, Powered)
-    return abs(math.log((one.q or one.usual_q) / (other.q or other.usual_q))) < math.log(LIKE)
+def _alike(one: BearingTracking, other: BearingTracking) -> bool:
+    """Say whether deviations and powers are so near that a tracker follows both alike."""
+    powers = [part.plain_motion.q if isinstance(part.plain_motion, Powered) else 1.0 for part in (one, other)]
+    alike = abs(math.log((powers[0] or 1.0) / (powers[1] or 1.0))) < math.log(LIKE)
+    return alike and abs(math.log(one.deviation_deg / other.deviation_deg)) < math.log(AS_PRECISE)
 
 
 def _heard(steps: Sequence[Step], sites: SensorSites, sigma: float) -> tuple[float, float]:
