@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from elusive.errors import DataError
+from elusive.io._opened import readable
 
 GEOJSON = (".geojson", ".json")
 
@@ -20,10 +21,10 @@ def geometries(path: Path, kind: str, otherwise: str) -> list[tuple[Any, dict[st
     DataError
         If the file cannot be read or is no JSON; ``otherwise`` says what else it may be.
     """
+    with readable(path):
+        octets = path.read_bytes()
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+        found = json.loads(octets.decode())
     except (ValueError, RecursionError):
         raise DataError(f"{path}: is no GeoJSON; write a {kind}, or {otherwise}.") from None
     return list(_of(found, kind, {}))

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 from contextlib import closing
+from operator import attrgetter, itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -117,13 +118,7 @@ def wide_rows(lines: Lines, columns: Columns, links: int, name: str, feed: Feed 
 
     with closing(lines):
         rows = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
-        yield from (
-            rows
-            if feed is None
-            else in_order(
-                rows, lambda row: row[1], lambda row: row[1], feed, lambda row, by_s: (row[0], row[1] + by_s, *row[2:])
-            )
-        )
+        yield from in_order(rows, itemgetter(1), itemgetter(1), feed, lambda row, by_s: (row[0], row[1] + by_s, row[2]))
 
 
 class Reading(NamedTuple):
@@ -160,17 +155,8 @@ def long_readings(
 
     with closing(lines):
         readings = (feed or STRICT).each((line for line in lines if not line[1].startswith("#")), read)
-        yield from (
-            readings
-            if feed is None
-            else in_order(
-                readings,
-                lambda of: of.time_s,
-                lambda of: of[2:4],
-                feed,
-                lambda of, by_s: of._replace(time_s=of.time_s + by_s),
-            )
-        )
+        moved = lambda of, by_s: of._replace(time_s=of.time_s + by_s)  # noqa: E731
+        yield from in_order(readings, attrgetter("time_s"), attrgetter("link", "channel"), feed, moved)
 
 
 def gathered(readings: Iterator[Reading], period_s: float | None) -> Iterator[list[Reading]]:
@@ -244,12 +230,3 @@ def number_of(cell: str, column: str, where: str) -> float:
         )
         raise DataError(f"{where}, column {column}: {cell!r:.60} is no number; {advice}.")
     return value
-
-
-def is_number(cell: str) -> bool:
-    """Whether a cell reads as a number."""
-    try:
-        float(cell)
-    except ValueError:
-        return False
-    return True

@@ -6,6 +6,8 @@ import gzip
 import io
 import os
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +36,15 @@ class _Unpacked(io.RawIOBase):
     def close(self) -> None:
         self._packed.close()
         super().close()
+
+
+@contextmanager
+def readable(name: str | os.PathLike[str]) -> Iterator[None]:
+    """Turn a refusal of the system to read what bears that name into a sentence: a DataError."""
+    try:
+        yield
+    except OSError as error:
+        raise DataError(f"{name}: cannot be read ({error.strerror or error}); check the path.") from None
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:

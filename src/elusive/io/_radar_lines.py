@@ -80,7 +80,7 @@ class PlotTable:
         with closing(self._lines()) as lines:
             read = _Reading(self, ordered=self.feed is None)
             rows = (self.feed or STRICT).each(lines, read)
-            yield from rows if self.feed is None else in_order(rows, itemgetter(0), repr, self.feed, read.moved)
+            yield from in_order(rows, itemgetter(0), repr, self.feed, read.moved)
 
     def plot_of(self, line: TableLine, time_s: float, columns: RadarColumns, *, empty: bool) -> RadarPlot | None:
         """Return a line's plot, its radar's place taken in."""

@@ -14,8 +14,10 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io._opened import readable
 from elusive.io.sources.feed import Feed
-from elusive.io.sources.lines import STRICT
+from elusive.io.sources.header import is_number
+from elusive.io.sources.lines import STRICT, chained
 from elusive.io.sources.order import in_order
 
 NumberedLines = Generator[tuple[int, str], None, None]
@@ -100,7 +102,7 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
     names: list[str] | None = None
     named_at, named = 0, ""
     looked = list[tuple[int, str]]()
-    opened = (lambda: _lines(path)) if live is None else (lambda: _again(looked, live))
+    opened = (lambda: _lines(path)) if live is None else (lambda: chained(looked, live))
     with nullcontext(live) if live is not None else closing(_lines(path)) as lines:
         for number, text in lines:
             looked.append((number, text))
@@ -138,19 +140,12 @@ def _moved(line: Line, by_s: float) -> Line:
     return line[0], _time(line) + by_s, line[2]
 
 
-def _again(looked: list[tuple[int, str]], lines: NumberedLines) -> NumberedLines:
-    yield from looked
-    yield from lines
-
-
 def _lines(path: Path) -> NumberedLines:
     number = 0
     try:
-        with path.open(encoding="utf-8-sig") as file:
+        with readable(path), path.open(encoding="utf-8-sig") as file:
             for number, line in enumerate(file, 1):
                 yield number, line.strip()
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
     except UnicodeDecodeError:
         raise DataError(f"{path}, after line {number}: is not text in UTF-8; save it as plain text.") from None
 
@@ -159,19 +154,12 @@ def _is_header(cells: list[str]) -> bool:
     """Whether a line names columns: no cell is a number, or they are 0, 1, 2 ..., perhaps after a time's name."""
     rest = cells[1:] if cells[0].lower() in (TIME, *NOT_SAMPLES) else cells
     numbered = rest == [str(k) for k in range(len(rest))]
-    return (numbered and len(cells) > 2) or not any(_number(cell) is not None for cell in cells)
-
-
-def _number(cell: str) -> float | None:
-    try:
-        return float(cell)
-    except ValueError:
-        return None
+    return (numbered and len(cells) > 2) or not any(map(is_number, cells))
 
 
 def _bad_cell(where: str, cells: list[str]) -> str:
     for place, cell in enumerate(cells, 1):
-        if cell.strip() and _number(cell) is None:
+        if cell.strip() and not is_number(cell):
             comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", cell) is not None
             advice = "write a decimal point" if comma else "every cell must be a number"
             return f"{where}, field {place}: {cell.strip()!r:.60} is no number; {advice}."

@@ -12,7 +12,7 @@ import numpy as np
 
 from elusive.errors import DataError
 from elusive.io._raw_samples import Raw
-from elusive.io._signal_csv import Table, open_table
+from elusive.io._signal_csv import Table
 from elusive.io._stack import decoding
 from elusive.io._wav import ADVICE, Wav, open_wav
 
@@ -126,13 +126,8 @@ def open_raw(path: Path, cut: Cut, raw: Raw) -> Reading:
     return Reading(cut.size, length, None, False, read)
 
 
-def open_text(path: Path, cut: Cut) -> tuple[Reading, bool]:
-    """Read text line by line; say too whether it is one long recording, a sample a line."""
-    return read_table(open_table(path), cut, str(path))
-
-
 def read_table(table: Table, cut: Cut, name: str) -> tuple[Reading, bool]:
-    """Read the lines of a table; say too whether it is one long recording."""
+    """Read the lines of a table; say too whether it is one long recording, a sample a line."""
     is_long = table.columns == 1
 
     def rows(start: int, stop: int | None) -> Iterator[Piece]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,10 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
-from elusive.io._opened import existing_file
+from elusive.io._opened import existing_file, readable
 from elusive.io._table_lines import Table, TableLine, table_lines
 from elusive.io.ais import KNOT_MPS, AisPosition, read_ais
+from elusive.io.csv_files import first_line
 from elusive.io.sources import Feed
 
 TABLES = (".csv", ".tsv", ".txt")
@@ -113,19 +114,15 @@ class GrowingReports:
         DataError
             If the table cannot be read, or its columns are others.
         """
-        try:
-            with self._path.open("rb") as file:
-                now = os.fstat(file.fileno())
-                if self._stamp is not None and (now.st_size < self._octets or not os.path.samestat(now, self._stamp)):
-                    self._feed.say(f"{self._path}: is another file now, or got shorter; it is read from its start.")
-                    self._begin()
-                self._stamp = now
-                file.seek(self._octets)
-                octets = file.read()
-        except FileNotFoundError:  # between its removal and the next
-            return []
-        except OSError as error:
-            raise DataError(f"{self._path}: cannot be read ({error.strerror}); check the path.") from None
+        octets = b""  # of a file between its removal and the next
+        with readable(self._path), suppress(FileNotFoundError), self._path.open("rb") as file:
+            now = os.fstat(file.fileno())
+            if self._stamp is not None and (now.st_size < self._octets or not os.path.samestat(now, self._stamp)):
+                self._feed.say(f"{self._path}: is another file now, or got shorter; it is read from its start.")
+                self._begin()
+            self._stamp = now
+            file.seek(self._octets)
+            octets = file.read()
         octets = octets[: octets.rfind(b"\n") + 1]
         self._octets += len(octets)
         found = list[AisPosition]()
@@ -173,9 +170,4 @@ def in_frame(reports: list[AisPosition], frame: LocalFrame, name: str) -> list[t
 
 def _named(file: Path) -> bool:
     """Whether a table, not sentences, stands in a file of text."""
-    try:
-        with file.open(encoding="utf-8-sig", errors="replace") as lines:
-            first = next((line for line in lines if line.strip() and not line.startswith("#")), "")
-    except OSError as error:
-        raise DataError(f"{file}: cannot be read ({error.strerror}); check the path.") from None
-    return "!" not in first and "$" not in first and "\\" not in first
+    return set("!$\\").isdisjoint(first_line(file))

@@ -17,7 +17,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io._asterix_blocks import blocks_of, raw_blocks
 from elusive.io._asterix_items import MalformedError, TargetReport, decode
-from elusive.io._opened import opened
+from elusive.io._opened import opened, readable
 from elusive.io._spoke_arrays import is_arrays
 from elusive.io.pcap import is_capture, udp_payloads
 from elusive.sensors.radar_scans import RadarPlot
@@ -181,16 +181,13 @@ def _once(path: Path, counts: Counter[str]) -> Iterator[TargetReport]:
 def _records(path: Path, counts: Counter[str]) -> Iterator[tuple[float, bytes, TargetReport]]:
     """Yield each record of the category: when it was captured, its octets and what they say."""
     before = counts["reports"]
-    try:
-        with opened(path) as file:
-            if is_arrays(file.peek(16)[:16]):
-                raise DataError(f"{path}: holds arrays, as radar video may; track that with `elusive track video`.")
-            payloads = udp_payloads(file) if is_capture(file.peek(4)[:4]) else raw_blocks(file, counts)
-            for unix_s, payload in payloads:
-                for block in blocks_of(payload, CATEGORY, counts):
-                    yield from ((unix_s, octets, report) for octets, report in reports_of(block, counts))
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    with readable(path), opened(path) as file:
+        if is_arrays(file.peek(16)[:16]):
+            raise DataError(f"{path}: holds arrays, as radar video may; track that with `elusive track video`.")
+        payloads = udp_payloads(file) if is_capture(file.peek(4)[:4]) else raw_blocks(file, counts)
+        for unix_s, payload in payloads:
+            for block in blocks_of(payload, CATEGORY, counts):
+                yield from ((unix_s, octets, report) for octets, report in reports_of(block, counts))
     if counts["reports"] == before:
         told = ", ".join(f"{key} {count}" for key, count in counts.items() if count)
         raise DataError(

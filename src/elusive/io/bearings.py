@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Generator, Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
@@ -106,11 +107,7 @@ class BearingSource:
         )
         with closing(lines):
             rows = feed.each(lines, _Reading(self.sites, ordered=self.feed is None))
-            yield from (
-                rows
-                if self.feed is None
-                else in_order(rows, lambda row: row[0], repr, self.feed, lambda row, by_s: (row[0] + by_s, *row[1:]))
-            )
+            yield from in_order(rows, itemgetter(0), repr, self.feed, lambda row, by_s: (row[0] + by_s, *row[1:]))
 
 
 class _Reading:

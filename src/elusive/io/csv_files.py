@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TextIO
 
 from elusive.errors import DataError
+from elusive.io._opened import readable
 from elusive.io.atomic import atomic_path
 
 Row = Iterable[object]
@@ -67,12 +68,16 @@ def number_text(value: float) -> str:
 def read_lines(path: str | os.PathLike[str]) -> list[str]:
     """Read a text file's lines, line ends kept; the sentence of a failure says why."""
     try:
-        with Path(path).open(encoding="utf-8-sig", newline="") as file:
+        with readable(path), Path(path).open(encoding="utf-8-sig", newline="") as file:
             return list(file)
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
     except UnicodeDecodeError:
         raise DataError(f"{path}: is not text in UTF-8; save it as plain text.") from None
+
+
+def first_line(path: Path) -> str:
+    """Return the first line of a file with something on it that is no remark; octets that are no text are let pass."""
+    with readable(path), path.open(encoding="utf-8-sig", errors="replace") as file:
+        return next((line for line in file if line.strip() and not line.startswith("#")), "")
 
 
 def records_of(path: str | os.PathLike[str]) -> Iterator[tuple[int, list[str]]]:

@@ -19,6 +19,7 @@ from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
 from elusive.io._link_rows import receiver_rows
 from elusive.io._opened import existing_file
 from elusive.io.sources.feed import Feed
+from elusive.io.sources.header import is_number
 from elusive.io.sources.lines import STRICT, Lines, after, chained, comes_once, lines_of
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 
@@ -166,7 +167,7 @@ def open_link_log(
         raise DataError(f"{name}: is empty; write a frame a line, or a reading a line under {','.join(LONG)}.")
     where, delimiter = f"{name}, line {first[0]}", formats.delimiter_of(first[1])
     cells = formats.cells_of(first[1], delimiter)
-    named = formats.TIME in cells or not any(map(formats.is_number, cells))
+    named = formats.TIME in cells or not any(map(is_number, cells))
 
     def lines() -> Lines:
         """Give the lines after the header; what comes once goes on where it is."""

@@ -17,6 +17,7 @@ from typing import BinaryIO, cast
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._followed_octets import BegunAnewError, Octets, Peekable
+from elusive.io._opened import readable
 from elusive.io._raw_samples import Raw, RawForm
 from elusive.io._signal_csv import open_table
 from elusive.io._signal_readings import Cut, FilePlace, Piece, Reading, channel_of, read_table
@@ -72,10 +73,8 @@ def follow_signal(
             f"{name}: files of type {suffix or '(none)'} are not followed; give a .wav, text, or --raw s16 and the "
             "like for samples without a header."
         )
-    try:
+    with readable(source):
         file = standard_input() if piped else path.open("rb")
-    except OSError as error:
-        raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
     is_wave = raw is None and (suffix == ".wav" or (piped and cast(Peekable, file).peek(4)[:4] in (b"RIFF", b"RF64")))
     if channel is not None and not is_wave:
         file.close()

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from elusive.errors import DataError
 from elusive.io._internet import datagrams
-from elusive.io._opened import opened
+from elusive.io._opened import opened, readable
 from elusive.io._sentences import Sentences, exclusive_or
 from elusive.io.pcap import frames_of, is_capture
 
@@ -158,19 +158,16 @@ def text_lines(path: str | os.PathLike[str]) -> Iterator[str]:
     DataError
         If the file cannot be read.
     """
-    try:
-        with opened(path) as file:
-            if is_capture(file.peek(4)[:4]):
-                sentences = Sentences()
-                for datagram in datagrams(frames_of(file)):
-                    for sentence in sentences.read(datagram) or ():
-                        yield f"{datagram.unix_s:.6f} {sentence}"
-            else:
-                with TextIOWrapper(file, encoding="ascii", errors="replace") as text:
-                    for line in text:
-                        yield line.strip()
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
+    with readable(path), opened(path) as file:
+        if is_capture(file.peek(4)[:4]):
+            sentences = Sentences()
+            for datagram in datagrams(frames_of(file)):
+                for sentence in sentences.read(datagram) or ():
+                    yield f"{datagram.unix_s:.6f} {sentence}"
+        else:
+            with TextIOWrapper(file, encoding="ascii", errors="replace") as text:
+                for line in text:
+                    yield line.strip()
 
 
 def checksum(text: str) -> int:

@@ -8,7 +8,6 @@ import queue
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -16,7 +15,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.io._asterix_blocks import raw_blocks
 from elusive.io._file_kinds import is_asterix, kind_of
 from elusive.io._internet import Datagram, datagrams
-from elusive.io._opened import existing_file, is_cut_short, opened
+from elusive.io._opened import existing_file, is_cut_short, opened, readable
 from elusive.io._spoke_arrays import is_arrays, spokes_of_arrays
 from elusive.io._spoke_assembly import Assembly, UntimedError
 from elusive.io._standard_input import STANDARD_INPUT, standard_input
@@ -138,7 +137,7 @@ def open_radar_video(
             "standard input", lambda counts, said: _of_file(_standard_input, assembly(counts), counts, said)
         )
     path = existing_file(source)
-    with _reading(name), opened(path) as file:
+    with readable(name), opened(path) as file:
         head = file.peek(16)[:16]
     if is_arrays(head):
         for option, given in (("radar", radar is not None), ("from_bow", from_bow)):
@@ -159,7 +158,7 @@ def _of_file(
     said: list[str],
     name: str = "standard input",
 ) -> Iterator[Spokes]:
-    with _reading(name), opening() as file:
+    with readable(name), opening() as file:
         is_network = is_capture(file.peek(4)[:4])
         blocks = (Datagram(unix_s, block) for unix_s, block in raw_blocks(file, counts))
         yield from _spokes(datagrams(frames_of(file), counts) if is_network else blocks, assembly, name)
@@ -223,11 +222,3 @@ def _instead(counts: Counter[str]) -> str:
         return f", but {plots} blocks of plots (ASTERIX category 048 or 001), for `elusive track radar`"
     told = ", ".join(f"{key} {count}" for key, count in sorted(counts.items()) if count)
     return f" ({told})" if told else ""
-
-
-@contextmanager
-def _reading(name: str) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise DataError(f"{name}: cannot be read ({error.strerror or error}); check the path.") from None

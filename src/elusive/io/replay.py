@@ -14,7 +14,7 @@ from typing import NamedTuple
 from elusive.errors import DataError
 from elusive.io._asterix_video import CATEGORY
 from elusive.io._internet import UDP, datagrams
-from elusive.io._opened import opened
+from elusive.io._opened import opened, readable
 from elusive.io._sentences import Sentences
 from elusive.io._spoke_arrays import is_arrays
 from elusive.io.asterix_video import send_asterix_video
@@ -69,7 +69,8 @@ def replay(
     if not 0 < speed < math.inf:
         raise DataError(f"speed={speed:g}: must be positive; 1 is the pace of the recording.")
     address, stopped = address_of(to, KNOWN), stopped or threading.Event()
-    head = _head(source)
+    with readable(source), opened(source) as file:
+        head = file.peek(16)[:16]
     captured, video = is_capture(head[:4]), is_arrays(head) or head.startswith(bytes([CATEGORY]))
     if (captured or video) and address.scheme != "udp":
         raise DataError(
@@ -95,14 +96,6 @@ def replay(
     finally:
         close()
     return Sent(count, lost(), time.monotonic() - started_s)
-
-
-def _head(source: Path) -> bytes:
-    try:
-        with opened(source) as file:
-            return file.peek(16)[:16]
-    except OSError as error:
-        raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
 
 
 def _packets(source: Path) -> Iterator[tuple[float, bytes]]:

@@ -15,6 +15,7 @@ import numpy as np
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.ais import read_ais
+from elusive.io.csv_files import first_line
 from elusive.io.truth import PLACES, Truth, read_truth
 
 DEGREES = ("lon_deg", "lat_deg")
@@ -74,12 +75,7 @@ def read_ship_truth(
 
 def _names(path: Path) -> list[str]:
     """Return the names in the first line with something on it; a log of AIS sentences may hold any octets."""
-    try:
-        with path.open(encoding="utf-8-sig", errors="replace") as file:
-            first = next((line for line in file if line.strip() and not line.startswith("#")), "")
-    except OSError as error:
-        raise DataError(f"{path}: cannot be read ({error.strerror}); check the path.") from None
-    return [name.strip().strip('"') for name in re.split("[,;\t]", first)]
+    return [name.strip().strip('"') for name in re.split("[,;\t]", first_line(path))]
 
 
 def _placed(path: Path, frame: LocalFrame | None) -> LocalFrame:

@@ -15,7 +15,8 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._opened import existing_file
 from elusive.io._raw_samples import Raw, RawForm
-from elusive.io._signal_readings import Cut, FilePlace, Piece, Reading, open_array, open_raw, open_recording, open_text
+from elusive.io._signal_csv import open_table
+from elusive.io._signal_readings import Cut, FilePlace, Piece, Reading, open_array, open_raw, open_recording, read_table
 from elusive.io._stack import MAX_PIXELS
 
 TEXT = (".csv", ".tsv", ".txt")
@@ -217,7 +218,7 @@ def _open(path: Path, cut: Cut, channel: int | None, raw: RawForm | None, *, lon
         raise DataError(f"{path}: channel={channel} chooses in a WAVE file, and this is none; leave it out.")
     if suffix == ".wav":
         return open_recording(path, cut, channel), True
-    reading, is_long = open_array(path, cut) if suffix == ".npy" else open_text(path, cut)
+    reading, is_long = open_array(path, cut) if suffix == ".npy" else read_table(open_table(path), cut, str(path))
     check_long(str(path), reading, is_long=is_long, long_only=long_only)
     return reading, is_long
 

@@ -20,7 +20,7 @@ class Header:
         self._text, self._name = text, name
         self._mark = next((mark for mark in ";\t," if mark in text), None)  # None is white space
         cells = self._cells(text)
-        self._names = [] if any(map(_is_number, cells)) else cells
+        self._names = [] if any(map(is_number, cells)) else cells
         self._order: list[int] | None = None
 
     def placed(self, number: int, text: str) -> str | None:
@@ -51,7 +51,8 @@ class Header:
         return [cell.strip().strip('"') for cell in text.split(self._mark)]
 
 
-def _is_number(cell: str) -> bool:
+def is_number(cell: str) -> bool:
+    """Whether a cell reads as a number."""
     try:
         float(cell)
     except ValueError:

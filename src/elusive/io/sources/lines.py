@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from elusive.errors import DataError
+from elusive.io._opened import readable
 from elusive.io._standard_input import STANDARD_INPUT, standard_input
 from elusive.io.sources import mqtt, packets, tcp
 from elusive.io.sources.address import Address, address_of, is_address
@@ -56,23 +57,14 @@ def lines_of(source: str, feed: Feed | None = None) -> Lines:
 
 
 def _of_file(source: str, feed: Feed | None) -> Lines:
-    try:
-        yield from _numbered(_opening(source), source, feed)
-    except OSError as error:
-        raise DataError(f"{source}: cannot be read ({error.strerror}); check the path.") from None
+    with readable(source):
+        yield from _numbered(lambda: Path(source).open("rb"), source, feed)  # noqa: SIM115 - who reads it closes it
 
 
 def every_line(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -> Lines:
     """Yield each line's number, from 1, and text, blank ones too, of a file that may grow, or of a pipe (no feed)."""
     for number, octets in enumerate(_whole_lines(opened, name, feed), 1):
         yield number, text_of(octets, number, name)
-
-
-def _opening(source: str) -> Callable[[], BinaryIO]:
-    def opened() -> BinaryIO:
-        return Path(source).open("rb")
-
-    return opened
 
 
 def _numbered(opened: Callable[[], BinaryIO], name: str, feed: Feed | None) -> Lines:

@@ -20,11 +20,11 @@ def in_order(
     items: Iterable[Item],
     time_of: Callable[[Item], float],
     key_of: Callable[[Item], Hashable],
-    feed: Feed,
+    feed: Feed | None,
     moved: Callable[[Item, float], Item] | None = None,
     now_s: Callable[[], float] = time.monotonic,
 ) -> Iterator[Item]:
-    """Yield items in the order of time, each at once where ``feed.hold_s`` is 0.
+    """Yield items in the order of time, each at once where ``feed.hold_s`` is 0; as they are where nothing is live.
 
     One that comes after a later one has been handed over is ``late``; one whose key was there at its time is
     ``repeated``. Both are left out, counted, and the first few said. Of a clock that was set back the times are counted
@@ -37,7 +37,7 @@ def in_order(
     time_of, key_of
         An item's time [s], and what tells it from others of that time.
     feed
-        Of the source.
+        Of the source; None: of a recording.
     moved
         An item at a time that is later by so much [s]; None: a clock that was set back ends the reading.
     now_s
@@ -48,6 +48,9 @@ def in_order(
     DataError
         If the clock was set back and items cannot be moved.
     """
+    if feed is None:
+        yield from items
+        return
     waiting: list[tuple[float, int, Item]] = []
     seen: dict[float, set[Hashable]] = {}
     clock, latest_s, number = SourceClock(time_of, moved, feed, now_s), feed.before_s, 0
