@@ -169,7 +169,7 @@ def _of_kind(kind: str, protocol: type, base: type[Model] = Model) -> type[Model
     """Find the model of a kind with a protocol's methods, among all that have been imported."""
     methods = [name for name in vars(protocol) if not name.startswith("_")]
     for found in base.__subclasses__():
-        if _kind_of(found) == kind and all(hasattr(found, name) for name in methods):
+        if kind_of(found) == kind and all(hasattr(found, name) for name in methods):
             return found
         deeper = _of_kind(kind, protocol, found)
         if deeper is not None:
@@ -229,14 +229,15 @@ def _fields_at(model: type[BaseModel], location: tuple[int | str, ...]) -> list[
         if inner:
             here = [found for field in inner for found in models_in(field.annotation)]
         else:
-            tagged = [owner for owner in here if owner.__name__ == part or _kind_of(owner) == part]
+            tagged = [owner for owner in here if owner.__name__ == part or kind_of(owner) == part]
             here = tagged or here
     return [name for owner in here for name in owner.model_fields]
 
 
-def _kind_of(model: type[BaseModel]) -> object:
+def kind_of(model: type[BaseModel]) -> str | None:
+    """Return what tells a model from the others of its union; None if nothing does."""
     field = model.model_fields.get("kind")
-    return field.default if field is not None else None
+    return None if field is None else str(field.default)
 
 
 def models_in(annotation: Any) -> list[type[BaseModel]]:

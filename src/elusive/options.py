@@ -12,11 +12,10 @@ from collections.abc import Iterator, Mapping
 from types import NoneType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
-from pydantic import BaseModel
 from pydantic_core import PydanticUndefined
 
 from elusive.errors import ParameterError
-from elusive.model import FROM_RECORDING, Model, models_in
+from elusive.model import FROM_RECORDING, Model, kind_of, models_in
 
 PROGRESS = "ELUSIVE_PROGRESS"  # set where a program runs a command: it is told how far that is, a line each time
 SHOWN = "ELUSIVE_SHOWN"  # likewise, of a live command: its lines then say what was measured, too, for who draws it
@@ -109,7 +108,7 @@ def _leaves(
         here = (*path, name)
         default = getattr(usual, name) if isinstance(usual, model) else field.get_default(call_default_factory=True)
         inner = [found for found in models_in(field.annotation) if issubclass(found, Model)]
-        tags = [kind for found in inner if (kind := _kind(found)) is not None]
+        tags = [kind for found in inner if (kind := kind_of(found)) is not None]
         described = field.description or name
         several = len(tags) == len(inner) > 1
         if several:
@@ -140,11 +139,6 @@ def found_at(model: Any, path: tuple[str, ...]) -> Any:
     for part in path:
         model = getattr(model, part, None)
     return model
-
-
-def _kind(model: type[BaseModel]) -> str | None:
-    field = model.model_fields.get("kind")
-    return None if field is None else str(field.default)
 
 
 def _plain(annotation: Any) -> Any:

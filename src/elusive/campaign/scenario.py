@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from elusive.campaign.config import CampaignConfig
 from elusive.errors import ParameterError
-from elusive.model import Model, models_in
+from elusive.model import Model, kind_of, models_in
 
 # The parameters are a model or a mapping: Any, so that a trial may say which model it takes.
 Trial: TypeAlias = Callable[[Any, Generator], Mapping[str, Any]]
@@ -129,7 +129,7 @@ def _place(node: dict[str, Any], model: type[BaseModel] | None, axis: str, path:
     if not isinstance(inner, dict):
         raise ParameterError(f"grid.{axis}: {head} is {inner!r:.40} and has no fields; vary {head} itself.")
     candidates = models_in(field.annotation) if field is not None else []
-    tagged = [found for found in candidates if _kind(found) == inner.get("kind")]
+    tagged = [found for found in candidates if kind_of(found) == inner.get("kind")]
     _place(inner, next(iter(tagged or candidates), None), axis, rest, value)
 
 
@@ -139,7 +139,3 @@ def _stated(value: Any) -> Any:
         given = value.model_fields_set | {"kind"}
         return {name: _stated(getattr(value, name)) for name in type(value).model_fields if name in given}
     return copy.deepcopy(value)
-
-
-def _kind(model: type[BaseModel]) -> object:
-    return model.model_fields["kind"].default if "kind" in model.model_fields else None

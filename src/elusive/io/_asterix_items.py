@@ -48,12 +48,7 @@ def decode(data: bytes, start: int) -> tuple[TargetReport, int]:
     MalformedError
         If the record runs past the end, has no item or an unknown one, or its time of day is none.
     """
-    present, at = [], start
-    more = True
-    while more:
-        octet = _octet(data, at)
-        present += [bool(octet >> bit & 1) for bit in range(7, 0, -1)]
-        more, at = bool(octet & FX), at + 1
+    present, at = items_present(data, start)
     if not any(present) or any(present[len(PROFILE) :]):
         raise MalformedError
     values: dict[str, object] = {}
@@ -68,6 +63,22 @@ def decode(data: bytes, start: int) -> tuple[TargetReport, int]:
     if values.pop("beyond", False):
         values["range_m"] = math.nan
     return TargetReport(**values), at  # type: ignore[arg-type]
+
+
+def items_present(data: bytes, start: int) -> tuple[list[bool], int]:
+    """Return which items a record says it has, in the order of the profile, and where the first begins.
+
+    Raises
+    ------
+    MalformedError
+        If that runs past the end.
+    """
+    present, at, more = list[bool](), start, True
+    while more:
+        octet = _octet(data, at)
+        present += [bool(octet >> bit & 1) for bit in range(7, 0, -1)]
+        more, at = bool(octet & FX), at + 1
+    return present, at
 
 
 def _octet(data: bytes, at: int) -> int:

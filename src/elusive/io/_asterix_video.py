@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.io._asterix_blocks import blocks_of
-from elusive.io._asterix_items import MalformedError
+from elusive.io._asterix_items import MalformedError, items_present
 from elusive.io._spoke_parts import MAX_SAMPLES, SpokeParts
 
 CATEGORY = 240
@@ -141,13 +141,7 @@ class VideoMessages:
 
 def _items(block: bytes, start: int) -> tuple[dict[int, bytes], int]:
     """Return a record's items by their place in the profile, and where the next record begins."""
-    present, at, more = list[bool](), start, True
-    while more:
-        if at >= len(block):
-            raise MalformedError
-        octet = block[at]
-        present += [bool(octet >> bit & 1) for bit in range(7, 0, -1)]
-        more, at = bool(octet & 1), at + 1
+    present, at = items_present(block, start)
     if present[: NUMBER + 1] == [True, True, False] and block[at + 2 : at + 3] == bytes([VIDEO]):
         # a message of video has its number, and one widespread encoder (pycatzao) does not say so
         numbered = [*present[:NUMBER], True, *present[NUMBER + 1 :]]

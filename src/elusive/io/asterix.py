@@ -122,15 +122,12 @@ def asterix_plots(
         if fault:
             counts[fault] += 1
             continue
-        time_s = report.time_s
-        if not math.isnan(last):
-            time_s += DAY_S * round((last - time_s) / DAY_S)
-        last = time_s
+        plot = plot_of(report, last)
+        last = time_s = plot.time_s
         if time_s < emitted:
             counts["late"] += 1
             continue
         number += 1
-        plot = RadarPlot(time_s, report.range_m, report.bearing_rad, report.doppler_mps)
         heapq.heappush(waiting, (time_s, number, plot))
         while waiting and (waiting[0][0] < last - DISORDER_S or len(waiting) > MAX_WAITING):
             emitted, _, plot = heapq.heappop(waiting)
@@ -162,6 +159,12 @@ def fault_of(report: TargetReport) -> str | None:
     if not report.real:
         return "not real"
     return "no position" if math.isnan(report.time_s + report.range_m + report.bearing_rad) else None
+
+
+def plot_of(report: TargetReport, latest_s: float) -> RadarPlot:
+    """Return a report's plot, its time of day on the day that is nearest to the plot before; NaN: the first."""
+    days = 0 if math.isnan(latest_s) else round((latest_s - report.time_s) / DAY_S)
+    return RadarPlot(report.time_s + DAY_S * days, report.range_m, report.bearing_rad, report.doppler_mps)
 
 
 def _once(path: Path, counts: Counter[str]) -> Iterator[TargetReport]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from elusive.io._asterix_blocks import blocks_of
-from elusive.io.asterix import CATEGORY, DAY_S, fault_of, reports_of
+from elusive.io.asterix import CATEGORY, fault_of, plot_of, reports_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.order import in_order
 from elusive.io.sources.packets import packets_of
@@ -42,11 +42,9 @@ def live_asterix_plots(source: str, feed: Feed, radar: tuple[int, int] | None = 
                     if fault:
                         feed.counts[fault] += 1
                         continue
-                    time_s = report.time_s
-                    if not math.isnan(latest_s):
-                        time_s += DAY_S * round((latest_s - time_s) / DAY_S)
-                    latest_s = time_s
-                    yield octets, RadarPlot(time_s, report.range_m, report.bearing_rad, report.doppler_mps)
+                    plot = plot_of(report, latest_s)
+                    latest_s = plot.time_s
+                    yield octets, plot
 
     def moved(report: tuple[bytes, RadarPlot], by_s: float) -> tuple[bytes, RadarPlot]:
         return report[0], report[1]._replace(time_s=report[1].time_s + by_s)

@@ -88,14 +88,7 @@ def clear_mot(
     deviations: list[float] = []
     matched: list[tuple[int, int, int]] = []
     last = dict(before or {})  # the track that stood last for each target
-    for frame, ((targets, true), (names, placed)) in enumerate(
-        zip(truth.in_frames(count), tracks.in_frames(count), strict=True)
-    ):
-        apart = (
-            np.linalg.norm(true[:, None] - placed[None], axis=2)
-            if len(true) and len(placed)
-            else np.empty((len(true), len(placed)))
-        )
+    for frame, (targets, names, apart) in enumerate(truth.apart(tracks, count)):
         pairs = _kept(targets, names, apart, last, gate)
         pairs |= _assigned(apart, pairs, gate)
         switched = 0
@@ -105,7 +98,7 @@ def clear_mot(
             last[target] = track
             deviations.append(float(apart[row, column]))
             matched.append((frame, target, track))
-        numbers[:, frame] = len(true), len(true) - len(pairs), len(placed) - len(pairs), switched
+        numbers[:, frame] = len(targets), len(targets) - len(pairs), len(names) - len(pairs), switched
     present, missed, false, mismatched = numbers
     who = np.array(matched, np.int64).reshape(-1, 3)
     return ClearMot(present, missed, false, mismatched, np.array(deviations), who)

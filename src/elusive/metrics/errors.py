@@ -71,13 +71,7 @@ def rmse_by_frame(errors: Any, *, confidence: float = 0.95) -> Estimate[Array]:
         If the confidence is no probability.
     """
     squares, present = _squares(as_array(errors, "errors", DIMS))
-    frames = squares.shape[1]
-    sums = np.hstack([squares, present])
-
-    def combine(total: Array) -> Array:
-        return _root(total[:, :frames] / total[:, frames:])
-
-    return estimate(sums, combine, present.sum(axis=0), confidence, positive=True)
+    return estimate(np.hstack([squares, present]), _by_frame, present.sum(axis=0), confidence, positive=True)
 
 
 def rmse_over_window(errors: Any, frames: Frames = None, *, confidence: float = 0.95) -> Estimate[float]:
@@ -105,21 +99,13 @@ def rmse_over_window(errors: Any, frames: Frames = None, *, confidence: float = 
         As in :func:`rmse_by_frame`.
     """
     squares, present = _squares(_window(errors, frames))
-    width = squares.shape[1]
     empty = np.flatnonzero(present.sum(axis=0) == 0)
     if empty.size:
         raise DataError(
             f"errors: frame {int(empty[0])} of the window has no estimate in any trial; leave it out of `frames`."
         )
-    sums = np.hstack([squares, present])
-
-    def combine(total: Array) -> Array:
-        by_frame: Array = _root(total[:, :width] / total[:, width:])
-        mean: Array = by_frame.mean(axis=1)
-        return mean
-
-    trials = np.asarray(present.any(axis=1).sum())
-    return scalar(estimate(sums, combine, trials, confidence, positive=True))
+    sums, trials = np.hstack([squares, present]), np.asarray(present.any(axis=1).sum())
+    return scalar(estimate(sums, lambda total: _by_frame(total).mean(axis=1), trials, confidence, positive=True))
 
 
 def bias(errors: Any, frames: Frames = None, *, by_frame: bool = False, confidence: float = 0.95) -> Estimate[Array]:
@@ -186,6 +172,8 @@ def _window(errors: Any, frames: Frames) -> Array:
     return chosen
 
 
-def _root(mean_square: Array) -> Array:
+def _by_frame(total: Array) -> Array:
+    """Root mean square at each frame, of sums of squares and numbers of them ``(m, 2 frames)``."""
+    squares, count = np.hsplit(total, 2)
     # leaving out the trial that carries nearly all of a sum can leave a tiny negative rest
-    return np.sqrt(np.maximum(mean_square, 0.0))
+    return np.sqrt(np.maximum(squares / count, 0.0))

@@ -72,10 +72,9 @@ def near_rows(truth: Sightings, tracks: Sightings, gate: float = 2.0) -> Counter
         raise ParameterError(f"gate: must be above zero (got {gate}).")
     frames = frames_of(truth, tracks, None)
     together: Counter[tuple[int, int]] = Counter()
-    for (targets, true), (names, placed) in zip(truth.in_frames(frames), tracks.in_frames(frames), strict=True):
-        if len(targets) and len(names):
-            near = np.nonzero(np.linalg.norm(true[:, None] - placed[None], axis=2) <= gate)
-            together.update(zip(targets[near[0]].tolist(), names[near[1]].tolist(), strict=True))
+    for targets, names, apart in truth.apart(tracks, frames):
+        row, column = np.nonzero(apart <= gate)
+        together.update(zip(targets[row].tolist(), names[column].tolist(), strict=True))
     return together
 
 

@@ -51,10 +51,10 @@ def ospa(
     _check(cutoff, order)
     count = frames_of(truth, tracks, frames)
     found = np.zeros(count)
-    for frame, ((_, true), (_, placed)) in enumerate(zip(truth.in_frames(count), tracks.in_frames(count), strict=True)):
-        most = max(len(true), len(placed))
+    for frame, (_, _, apart) in enumerate(truth.apart(tracks, count)):
+        most = max(apart.shape)
         if most:
-            paired = np.minimum(_best(true, placed, cutoff, order), cutoff) ** order
+            paired = np.minimum(_best(apart, cutoff, order), cutoff) ** order
             total = paired.sum() + cutoff**order * (most - len(paired))
             found[frame] = (total / most) ** (1 / order)
     return found
@@ -67,13 +67,11 @@ def gospa(
     _check(cutoff, order)
     count = frames_of(truth, tracks, frames)
     parts = np.zeros((3, count))
-    for frame, ((_, true), (_, placed)) in enumerate(zip(truth.in_frames(count), tracks.in_frames(count), strict=True)):
-        apart = _best(true, placed, cutoff, order)
-        apart = apart[apart < cutoff]
-        half = cutoff**order / 2
-        parts[:, frame] = (
-            (apart**order).sum(), half * (len(true) - len(apart)), half * (len(placed) - len(apart)),
-        )  # fmt: skip
+    half = cutoff**order / 2
+    for frame, (targets, names, apart) in enumerate(truth.apart(tracks, count)):
+        pairs = _best(apart, cutoff, order)
+        pairs = pairs[pairs < cutoff]
+        parts[:, frame] = (pairs**order).sum(), half * (len(targets) - len(pairs)), half * (len(names) - len(pairs))
     return Gospa(parts.sum(axis=0) ** (1 / order), *parts)
 
 
@@ -84,9 +82,6 @@ def _check(cutoff: float, order: float) -> None:
         raise ParameterError(f"order: must be 1 or more (got {order}).")
 
 
-def _best(true: Array, placed: Array, cutoff: float, order: float) -> Array:
+def _best(apart: Array, cutoff: float, order: float) -> Array:
     """Return the distances of the best pairs, as many as there can be."""
-    if not (len(true) and len(placed)):
-        return np.zeros(0)
-    apart = np.linalg.norm(true[:, None] - placed[None], axis=2)
     return np.asarray(apart[linear_sum_assignment(np.minimum(apart, cutoff) ** order)])

@@ -26,6 +26,12 @@ class Sightings(NamedTuple):
         for start, stop in pairwise(edges):
             yield self.identity[start:stop], self.place[start:stop]
 
+    def apart(self, other: Sightings, frames: int) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64], Array]]:
+        """Yield the identities of each frame here ``(n,)`` and there ``(m,)``, and the distances between ``(n, m)``."""
+        for (own, at), (others, to) in zip(self.in_frames(frames), other.in_frames(frames), strict=True):
+            both = len(own) and len(others)  # else they may be of different dimension
+            yield own, others, np.linalg.norm(at[:, None] - to, axis=2) if both else np.empty((len(own), len(others)))
+
 
 def sightings(frame: ArrayLike, identity: ArrayLike, place: ArrayLike, name: str = "tracks") -> Sightings:
     """Make a table of rows in any order.

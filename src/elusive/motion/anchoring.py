@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from functools import cached_property
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -36,10 +36,7 @@ class MovingOrAnchored(Model):
     swing_mps: NonNegative = Field(0.1, description="Deviation of the velocity at anchor on each axis [m/s]")
     swing_s: Positive = Field(20.0, description="Time in which the velocity at anchor forgets what it was [s]")
 
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components."""
-        return ("x", "vx", "y", "vy", "anchored")
+    state_names: ClassVar[tuple[str, ...]] = ("x", "vx", "y", "vy", "anchored")
 
     @property
     def anchored_share(self) -> float:

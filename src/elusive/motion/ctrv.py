@@ -5,7 +5,7 @@ Bar-Shalom, Li and Kirubarajan (2001), section 11.7.
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.random import Generator
@@ -28,10 +28,7 @@ class ConstantTurnRateVelocity(Model):
     q_speed: NonNegative = Field(0.001, description="Variance of the along-track acceleration [px^2 or m^2 / s^4]")
     q_turn: NonNegative = Field(1e-4, description="Variance of the angular acceleration [rad^2 / s^4]")
 
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components."""
-        return ("x", "vx", "y", "vy", "turn_rate")
+    state_names: ClassVar[tuple[str, ...]] = ("x", "vx", "y", "vy", "turn_rate")
 
     def propagate(self, states: Array, interval_s: float, rng: Generator) -> Array:
         """Draw the states an interval later, ``(N, 5) -> (N, 5)``; over 0 s they stay as they are."""

@@ -11,7 +11,7 @@ Stat. Soc. B 43(2), 157-166, on heavy tails.
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
@@ -54,10 +54,7 @@ class Walk(Model):
     long_step_m: Positive = Field(1.0, description="Deviation of a long step, each axis [m]")
     long_rate_hz: Positive = Field(0.008, description="Long steps [1/s]")
 
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the state's components."""
-        return "x", "vx", "y", "vy"
+    state_names: ClassVar[tuple[str, ...]] = ("x", "vx", "y", "vy")
 
     @property
     def speed_sd_mps(self) -> float:

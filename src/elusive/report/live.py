@@ -50,17 +50,11 @@ class LiveDrawing:
         if "tracks" not in record:
             return
         if not self._unit:
-            seen = record.get("seen", {})
-            self._size = seen.get("size")
-            self._unit = "px" if self._size is not None else self._unit_of(record["tracks"])
-            if not self._unit:
-                self._unit = "m"
+            self._size = record.get("seen", {}).get("size")
+            pixels = self._size is not None or any("x_px" in track for track in record["tracks"])
+            self._unit = "px" if pixels else "m"
             yield self._start()
         yield self._more(record)
-
-    @staticmethod
-    def _unit_of(tracks: Sequence[Mapping[str, Any]]) -> str:
-        return next(("px" for track in tracks if "x_px" in track), "")
 
     def _start(self) -> dict[str, Any]:
         names, places = self._sites["names"], list(zip(self._sites["x"], self._sites["y"], strict=True))

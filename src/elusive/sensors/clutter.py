@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -38,30 +38,11 @@ class ClutterSensor(ClutterEvidence):
 
     birth_power: Positive = Field(2.0, description="Newborns are drawn in proportion to the ratio to this power")
 
-    @property
-    def reads_intensity(self) -> bool:
-        """Whether a state's intensity matters: no, the amplitude is integrated out."""
-        return False
-
-    @property
-    def dx(self) -> float:
-        """Width of a cell: states are in pixels."""
-        return 1.0
-
-    @property
-    def dy(self) -> float:
-        """Height of a cell: states are in pixels."""
-        return 1.0
-
-    @property
-    def noise_sigma(self) -> float:
-        """Noise deviation of the response, one by its making."""
-        return 1.0
-
-    @property
-    def gain(self) -> float:
-        """Response to a target of unit intensity: intensities are responses."""
-        return 1.0
+    reads_intensity: ClassVar[bool] = False  # the amplitude is integrated out
+    dx: ClassVar[float] = 1.0  # of a cell: states are in pixels
+    dy: ClassVar[float] = 1.0
+    noise_sigma: ClassVar[float] = 1.0  # of the response, one by its making
+    gain: ClassVar[float] = 1.0  # intensities are responses
 
     def intensity_of(self, snr_db: float) -> float:
         """Return the response to a target whose peak is ``snr_db`` above the noise: Sigma sqrt(pi) times the peak."""

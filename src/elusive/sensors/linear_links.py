@@ -15,10 +15,10 @@ from numpy.random import Generator
 from pydantic import Field
 from scipy import sparse
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.link_effects import Effect, total
+from elusive.sensors.link_effects import Effect, LinkSensor, total
 
 MOST_PLACES = 200  # at which what links tell of places is looked at
 DIFFERENCE_M = 0.05
@@ -75,7 +75,7 @@ class LinkRadiation(Model):
         return LinearLinks(self, by_voxel, bounds, voxel_m, (shape[0], shape[1]))
 
 
-class LinearLinks:
+class LinearLinks(LinkSensor):
     """Sensor: the change of every undirected link, ``(L,)`` [dB], NaN where missing."""
 
     def __init__(
@@ -99,10 +99,6 @@ class LinearLinks:
         self._tables = (bell, grid, *lists)
         self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * np.asarray(by_voxel.power(2).sum(axis=1)).ravel()
         self.temper = self._independent_share(bounds, voxel_m) if model.temper is None else float(model.temper)
-
-    def expected(self, states: Array) -> Array:
-        """Change of each link by a person at each state, ``(N, d) -> (N, L)`` [dB]."""
-        return self.expected_at(states[:, [X, Y]])
 
     def expected_at(self, places: Array) -> Array:
         """Change of each link by a person at each place, ``(N, 2) -> (N, L)`` [dB]."""
@@ -154,14 +150,6 @@ class LinearLinks:
         mean, variance = total(others, self._variance)
         left, spread = change - mean, float(self.model.spread)
         return lambda expected: self.temper * log_ratio(expected, left, variance, spread)
-
-    def log_ratio(self, expected: Array, measurement: Array, others: Sequence[Effect]) -> Array:
-        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
-        return self.given(measurement, others)(expected)
-
-    def log_likelihood(self, states: Array, measurement: Array) -> Array:
-        """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
-        return self.log_ratio(self.expected(states), measurement, ())
 
     def simulate(self, states: Array, rng: Generator) -> Array:
         """Draw the changes ``(L,)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""

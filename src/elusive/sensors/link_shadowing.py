@@ -19,10 +19,10 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import Array, X, Y
+from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
-from elusive.sensors.link_effects import Effect, people_of, total
+from elusive.sensors.link_effects import Effect, LinkSensor, people_of, total
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.radio_network import Indices, RadioNodes, directed_links_of, directions_of, links_of, undirected_of
 
@@ -143,7 +143,7 @@ class Tables(NamedTuple):
     floor: Array
 
 
-class ShadowedLinks:
+class ShadowedLinks(LinkSensor):
     """Sensor: the change of every reading from its mean in the empty room, ``(D, C)`` [dB], NaN where missing.
 
     A measurement is that, or a :class:`TemperedRise`. What is expected of a person depends on the distances of the
@@ -174,10 +174,6 @@ class ShadowedLinks:
     def with_variance(self, variance_db2: Array) -> ShadowedLinks:
         """Return the same network with other variances ``(D, C)`` of the empty room."""
         return ShadowedLinks(self.model, self.nodes, self.fade_db, variance_db2)
-
-    def expected(self, states: Array) -> Array:
-        """Distances of each state's place to each node, ``(N, d) -> (S, N)`` [m]."""
-        return self.expected_at(states[:, [X, Y]])
 
     def expected_at(self, places: Array) -> Array:
         """Distances of each place to each node, ``(N, 2) -> (S, N)`` [m]."""
@@ -215,10 +211,6 @@ class ShadowedLinks:
         ends, straight, lengths = tables.ends, tables.straight, self.lengths
         return lambda expected: temper * (log_ratio(expected, ends, straight, lengths, degrees, *said) - owed)
 
-    def log_ratio(self, expected: Array, measurement: Array | TemperedRise, others: Sequence[Effect]) -> Array:
-        """Log likelihood of one more person at each state less that of the others alone, ``(N,)``, tempered."""
-        return self.given(measurement, others)(expected)
-
     def log_without(self, measurement: Array | TemperedRise, others: Sequence[Effect]) -> float:
         """Return the log likelihood of the others alone, tempered, but for a constant."""
         degrees, (residual, variance, frame) = self.model.degrees, self._less(measurement, others)
@@ -226,10 +218,6 @@ class ShadowedLinks:
         people = people_of(others)
         owed = frame.by_chance * people + frame.optimism * max(people - 1.0, 0.0)
         return frame.temper * (float(np.nansum(away)) - owed)
-
-    def log_likelihood(self, states: Array, measurement: Array | TemperedRise) -> Array:
-        """Log likelihood ratio of one person at each state against nobody, ``(N, d) -> (N,)``, tempered."""
-        return self.log_ratio(self.expected(states), measurement, ())
 
     def simulate(self, states: Array, rng: Generator) -> Array:
         """Draw the changes ``(D, C)`` with people at the states ``(P, d)``; ``(0, d)``: nobody."""

@@ -146,7 +146,8 @@ def _placed(place: str) -> Any:
 
 def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
     plain = parameter.annotation.__origin__
-    plain = next((part for part in get_args(plain) if part is not NoneType), plain) if _optional(plain) else plain
+    if get_origin(plain) is not Literal and NoneType in get_args(plain):
+        plain = next(part for part in get_args(plain) if part is not NoneType)
     argument = type(told).__name__ == "ArgumentInfo"
     several = get_origin(plain) is list
     values = 0 if several else len(get_args(plain)) if get_origin(plain) is tuple else 1
@@ -158,10 +159,6 @@ def _asked(parameter: inspect.Parameter, told: Any) -> Asked:
         parameter.name, flag, label, told.help or "", argument or inner is Path,
         plain is bool, parameter.default is inspect.Parameter.empty, values,
     )  # fmt: skip
-
-
-def _optional(annotation: Any) -> bool:
-    return get_origin(annotation) is not Literal and NoneType in get_args(annotation)
 
 
 def refused(asked: Asking, values: Mapping[str, str | bool], folder: Path) -> str:

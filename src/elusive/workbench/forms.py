@@ -18,7 +18,7 @@ from pydantic.fields import FieldInfo
 
 from elusive.errors import ParameterError
 from elusive.model import FROM_RECORDING, Model, models_in
-from elusive.options import options_of
+from elusive.options import found_at, options_of
 
 FieldPath = tuple[str, ...]
 UNIT = re.compile(r"\s*\[([^\]]+)\]$")
@@ -178,10 +178,7 @@ def _called(name: str, model: Model | None) -> str:
     called = f'"{_label(SUFFIX.sub("", name))}"'
     options = [] if model is None else options_of(type(model))
     for union, kinds in next((sorted(one.kinds.items()) for one in options if one.name == name), [])[-1:]:
-        here: Any = model
-        for part in union:
-            here = getattr(here, part, None)
-        if getattr(here, "kind", "") not in kinds:
+        if getattr(found_at(model, union), "kind", "") not in kinds:
             return f'{called} of "{_label(union[-1])}" {" or ".join(kinds)}'
     return called
 
@@ -256,9 +253,6 @@ def _value(model: Model, path: FieldPath, text: str | bool, control: Control | N
         return text
     if control is not None and control.optional and not text.strip():
         return None
-    now: Any = model
-    for name in path:
-        now = getattr(now, name, None)
-    if isinstance(now, tuple):
+    if isinstance(found_at(model, path), tuple):
         return [part for part in re.split(r"[,;\s]+", text.strip()) if part]
     return text.strip()

@@ -12,7 +12,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.model import Model
-from elusive.options import options_of
+from elusive.options import found_at, options_of
 from elusive.report import drawing as draw
 from elusive.report.clock import Clock
 from elusive.report.extents import stride_of, top_of
@@ -104,9 +104,7 @@ def beside(folders: Mapping[str, Path]) -> draw.Drawing | None:
 def _set_to(model: Model, option: str) -> float:
     """Return what a number among the settings is set to; NaN where these parameters have none of that name."""
     path = next((one.path for one in options_of(type(model)) if one.name == option), None)
-    value: Any = model
-    for name in path or ("none",):
-        value = getattr(value, name, None)
+    value = None if path is None else found_at(model, path)
     return float(value) if isinstance(value, float | int) else float("nan")
 
 

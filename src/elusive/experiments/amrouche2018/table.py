@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
+from elusive.experiments.means import mean_and_error
 from elusive.metrics import rmse_over_window
 
 WITH_TARGET = slice(9, 24)  # frames 10 to 24, counted from one
@@ -40,7 +40,8 @@ def summarise(results: xr.Dataset) -> list[Cell]:
                 at = results.sel(motion=motion, snr_db=snr_db, filter=name)
                 existence = at["existence"].values
                 error = rmse_over_window((at["estimate"] - at["truth"]).values, WITH_TARGET)
-                during, after = _mean(existence[:, WITH_TARGET]), _mean(existence[:, AFTER])
+                # frames of one trial are not independent
+                during, after = (mean_and_error(existence[:, of].mean(axis=1)) for of in (WITH_TARGET, AFTER))
                 cells.append(
                     Cell(
                         str(motion),
@@ -54,10 +55,3 @@ def summarise(results: xr.Dataset) -> list[Cell]:
                     )
                 )
     return cells
-
-
-def _mean(values: np.ndarray) -> tuple[float, float]:
-    """Mean over trials and frames, and its standard error; frames of one trial are not independent."""
-    by_trial = values.mean(axis=1)
-    spread = by_trial.std(ddof=1) / np.sqrt(len(by_trial)) if len(by_trial) > 1 else np.nan
-    return float(by_trial.mean()), float(spread)

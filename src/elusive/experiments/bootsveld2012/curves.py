@@ -15,6 +15,7 @@ import xarray as xr
 from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import CANAL_METHODS, PORT_METHODS, Method, Way
 from elusive.experiments.bootsveld2012.trial import Estimate
+from elusive.experiments.means import standard_error
 from elusive.report import plots
 
 INSIDE_99 = 9.2103  # squared Mahalanobis distance within which a plane Gaussian has 99 % of its mass
@@ -160,7 +161,7 @@ def summarise(way: Way, results: xr.Dataset, estimate: Estimate) -> list[Summary
         of_runs = at["error"].isel(estimate=0).transpose("trial", "time", "axis").values
         squares = (of_runs**2).sum(axis=2).mean(axis=1)
         rmse, runs = float(np.sqrt(squares.mean())), len(squares)
-        spread = float(squares.std(ddof=1) / np.sqrt(runs) / (2 * rmse)) if runs > 1 else float("nan")
+        spread = standard_error(squares) / (2 * rmse)
         inside = float((at["apart"].values <= INSIDE_99).mean())
         rows.append(Summary(way, method, estimate, runs, rmse, spread, inside, float(at["forbidden"].values.mean())))
     return rows

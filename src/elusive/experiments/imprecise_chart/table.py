@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.experiments.imprecise_chart.charts import Case
+from elusive.experiments.means import standard_error
 
 SETTLED_S = 10  # after which errors count: filters begin with one plot
 WINDOW_S = 10
@@ -66,7 +67,7 @@ def summarise(results: xr.Dataset, cases: tuple[Case, ...]) -> list[Row]:
                         case.coast_error if case.knowledge not in ("none", "hard") else "",
                         len(each),
                         rmse,
-                        _standard_error(each) / (2 * rmse),
+                        standard_error(each) / (2 * rmse),
                         *excess(each, without),
                         *excess(each, hard),
                         float(seaward[number, :, SETTLED_S:].mean()),
@@ -89,11 +90,7 @@ def excess(one: Array, other: Array) -> tuple[float, float]:
     """By what share a root mean square lies above another, from mean squares a run, and its standard error, paired."""
     low = float(other.mean())
     ratio = float(np.sqrt(one.mean() / low))
-    return ratio - 1.0, _standard_error(one - ratio**2 * other) / (2 * ratio * low)
-
-
-def _standard_error(values: Array) -> float:
-    return float(values.std(ddof=1) / np.sqrt(len(values)))
+    return ratio - 1.0, standard_error(one - ratio**2 * other) / (2 * ratio * low)
 
 
 def _sigma(case: Case) -> str:

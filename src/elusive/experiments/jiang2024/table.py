@@ -18,6 +18,7 @@ from elusive.experiments.jiang2024.scenario import (
     path_information,
 )
 from elusive.experiments.jiang2024.trial import ESTIMATORS, EstimatorName
+from elusive.experiments.means import mean_and_error, standard_error
 
 # as printed, by motion and filter, at SIGMAS_DEG [m]
 PAPER: dict[MotionName, dict[EstimatorName, tuple[float, ...]]] = {
@@ -59,8 +60,8 @@ def summarise(results: Mapping[MotionName, xr.Dataset]) -> list[Cell]:
                 paper = PAPER[motion][name][column] if name in PAPER[motion] else np.nan
                 cells.append(
                     Cell(
-                        motion, sigma, name, len(squares), rmse, _error(squares) / 2 / rmse, paper, bound,
-                        float(nees.mean()), _error(nees), samples_for(motion, sigma, paper),
+                        motion, sigma, name, len(squares), rmse, standard_error(squares) / 2 / rmse, paper, bound,
+                        *mean_and_error(nees), samples_for(motion, sigma, paper),
                     )
                 )  # fmt: skip
     return cells
@@ -87,7 +88,3 @@ def samples_for(motion: MotionName, sigma_deg: float, rmse_m: float) -> float:
         case = FlightCase(motion=motion, sigma_deg=sigma_deg / np.exp(middle / 2), samples=1)
         low, high = (middle, high) if bound_of(case) > rmse_m else (low, middle)
     return float(np.exp(high))
-
-
-def _error(values: np.ndarray) -> float:
-    return float(values.std(ddof=1) / np.sqrt(len(values)))

@@ -15,6 +15,7 @@ import xarray as xr
 from elusive.contracts import Array
 from elusive.experiments.mazurek2013.scenario import HIGHEST_SIGMA, LOWEST_SIGMA, NoiseObjectCase
 from elusive.experiments.mazurek2013.trial import METHODS, STATISTICS, WINDOWS, StatisticName
+from elusive.experiments.means import mean_and_error
 from elusive.report import plots
 
 # 20 bins of .145: with 1000 cases 50 in each, the standard error of a mean at half the chance level is 26 samples
@@ -68,15 +69,9 @@ def curves(results: xr.Dataset, figure: Setting) -> list[Point]:
         for number, centre in enumerate((BIN_EDGES[1:] + BIN_EDGES[:-1]) / 2):
             inside = of_method[bins == number]
             if len(inside):
-                mean, spread = mean_and_error(inside)
-                points.append(Point(figure.object_size, window, figure.smoothing, name, float(centre), mean, spread))
+                found = mean_and_error(inside)
+                points.append(Point(figure.object_size, window, figure.smoothing, name, float(centre), *found))
     return points
-
-
-def mean_and_error(values: Array) -> tuple[float, float]:
-    """Mean and its standard error, NaN for a single value."""
-    spread = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else np.nan
-    return float(values.mean()), float(spread)
 
 
 def draw(path: Path, points: list[Point], figure: Setting, cases: int) -> None:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import xarray as xr
 
-from elusive.experiments.mazurek2013.figures import mean_and_error
 from elusive.experiments.mazurek2013.trial import Method
+from elusive.experiments.means import mean_and_error
 
 SIGMAS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 SIZES = (3, 5, 7)

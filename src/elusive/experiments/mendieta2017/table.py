@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 
 from elusive.contracts import Array
+from elusive.experiments.means import mean_and_error
 from elusive.experiments.mendieta2017.scenario import MethodName
 from elusive.experiments.mendieta2017.trial import ESTIMATORS, SHOWN
 from elusive.systems.links.networks import GridNodes
@@ -147,9 +148,8 @@ def _band(runs: Array) -> tuple[float, float, float, float]:
     known = runs[np.isfinite(runs)]
     if not len(known):
         return math.nan, math.nan, math.nan, math.nan
-    spread = known.std(ddof=1) / math.sqrt(len(known)) if len(known) > 1 else math.nan
-    low, high = np.quantile(known, [0.1, 0.9])
-    return float(known.mean()), float(spread), float(low), float(high)
+    low, high = np.quantile(known, [0.1, 0.9]).tolist()
+    return *mean_and_error(known), low, high
 
 
 def _printed(experiment: Experiment, value: str, score: str) -> str:

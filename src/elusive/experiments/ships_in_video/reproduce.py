@@ -7,11 +7,10 @@ from concurrent.futures import Executor
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
 import xarray as xr
 
 from elusive.campaign import CampaignConfig, Progress, run_campaign
-from elusive.contracts import Array
+from elusive.experiments.means import mean_and_error
 from elusive.experiments.ships_in_video.trial import PLACES, SCENARIO, WAYS, ShipsInVideo
 from elusive.io import atomic_folder, existing_folder
 from elusive.io.csv_files import write_results
@@ -86,14 +85,8 @@ def summarise(results: xr.Dataset) -> list[Row]:
         for p, place in enumerate(PLACES):
             for w, way in enumerate(WAYS):
                 for level, share in zip(levels, found[p, w], strict=True):
-                    rows.append(
-                        Row(shape, place, way, level, len(share), *_mean_and_error(share), float(others[w]))
-                    )  # fmt: skip
+                    rows.append(Row(shape, place, way, level, len(share), *mean_and_error(share), float(others[w])))
     return rows
-
-
-def _mean_and_error(values: Array) -> tuple[float, float]:
-    return float(values.mean()), float(values.std(ddof=1) / np.sqrt(len(values)))
 
 
 def _draw(path: Path, rows: Sequence[Row]) -> None:

@@ -63,22 +63,15 @@ class Mot:
     """MOTChallenge lines, a step a frame, from 1; pixels count from 1 there."""
 
     def __init__(self, half_px: float) -> None:
-        self._half_px, self._frame = half_px, 0
-
-    @property
-    def state(self) -> int:
+        self._half_px = half_px
+        self.state = 0
         """Frames written."""
-        return self._frame
-
-    @state.setter
-    def state(self, known: int) -> None:
-        self._frame = known
 
     def __call__(self, told: Told) -> Iterator[bytes]:
         """Yield a step's lines."""
-        self._frame += 1
+        self.state += 1
         for seen in sorted(told.seen, key=lambda seen: seen.track):
             corner, side = 1 - self._half_px, 2 * self._half_px
             sure = 1.0 if math.isnan(seen.existence) else seen.existence
-            cells = (self._frame, seen.track, seen.x + corner, seen.y + corner, side, side, sure, -1, -1, -1)
+            cells = (self.state, seen.track, seen.x + corner, seen.y + corner, side, side, sure, -1, -1, -1)
             yield (",".join(map(repr, cells)) + "\n").encode()

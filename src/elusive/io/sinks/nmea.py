@@ -25,37 +25,29 @@ class Nmea:
     """
 
     def __init__(self, say: Callable[[str], None]) -> None:
-        self._numbers: dict[int, int] = {}  # by track
-        self._freed = list(range(NUMBERS))  # the longest unused first
+        self.state: tuple[dict[int, int], list[int]] = {}, list(range(NUMBERS))
+        """Numbers by track, and those that are free, the longest unused first."""
         self._say, self._said = say, False
-
-    @property
-    def state(self) -> tuple[dict[int, int], list[int]]:
-        """Whose the numbers are, and which are free."""
-        return dict(self._numbers), list(self._freed)
-
-    @state.setter
-    def state(self, known: tuple[dict[int, int], list[int]]) -> None:
-        self._numbers, self._freed = dict(known[0]), list(known[1])
 
     def __call__(self, told: Told) -> Iterator[bytes]:
         """Yield the sentences of a step, a line each."""
+        numbers, freed = self.state
         for seen in told.ended:
-            number = self._numbers.pop(seen.track, None)
+            number = numbers.pop(seen.track, None)
             if number is not None:
-                self._freed.append(number)
+                freed.append(number)
                 yield from _sentences(number, seen, "L", told.unix_s)
         for seen in told.seen:
             if seen.status != "confirmed":
                 continue
-            if seen.track not in self._numbers:
-                if not self._freed:
+            if seen.track not in numbers:
+                if not freed:
                     if not self._said:
                         self._say(f"NMEA has {NUMBERS} numbers of targets; tracks beyond those are left out.")
                     self._said = True
                     continue
-                self._numbers[seen.track] = self._freed.pop(0)
-            yield from _sentences(self._numbers[seen.track], seen, "T", told.unix_s)
+                numbers[seen.track] = freed.pop(0)
+            yield from _sentences(numbers[seen.track], seen, "T", told.unix_s)
 
 
 def _sentences(number: int, seen: Seen, status: str, unix_s: float) -> Iterator[bytes]:
