@@ -104,7 +104,8 @@ def run_campaign(
         submit(in_flight)
         while pending:
             finished, _ = wait(pending, return_when=FIRST_COMPLETED)
-            for future in sorted(finished, key=_failed):  # what succeeded is kept before a failure is raised
+            # what succeeded is kept before a failure is raised
+            for future in sorted(finished, key=lambda one: one.cancelled() or one.exception() is not None):
                 block = pending.pop(future)
                 with _explained(block):
                     outputs = future.result()
@@ -144,10 +145,6 @@ def _require_picklable(trial: Trial, point: GridPoint) -> None:
         raise ParameterError(
             f"trial: cannot be sent to other processes ({error}); define it and its model at the top of a module."
         ) from None
-
-
-def _failed(future: Future[Any]) -> bool:
-    return future.cancelled() or future.exception() is not None
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import time
 from collections.abc import Iterator
-from typing import IO, Any, cast
+from typing import IO, Any
 
 import numpy as np
 
@@ -27,7 +27,7 @@ class Piped:
 
     def __init__(self) -> None:
         self.name = NAME
-        self._stream = io.BufferedReader(cast(io.RawIOBase, standard_input()))
+        self._stream = standard_input()
 
     def halt(self) -> None:
         """Do nothing: a reader that waits for a pipe ends with the program."""

@@ -5,17 +5,17 @@ from __future__ import annotations
 import io
 import os
 import sys
-from typing import BinaryIO
+from typing import cast
 
 STANDARD_INPUT = "-"
 
 
-def standard_input() -> BinaryIO:
-    """Return a reader of its own on standard input.
+def standard_input() -> io.BufferedReader:
+    """Return a reader of its own on standard input, which can look ahead.
 
     The interpreter closes ``sys.stdin`` as it ends and aborts where a thread still reads from that.
     """
     try:
         return os.fdopen(os.dup(sys.stdin.fileno()), "rb")
     except (io.UnsupportedOperation, AttributeError):
-        return sys.stdin.buffer
+        return io.BufferedReader(cast(io.RawIOBase, sys.stdin.buffer))

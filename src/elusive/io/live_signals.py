@@ -87,7 +87,8 @@ def follow_signal(
             if raw is None:
                 reading = _of_wave(octets, path, cut, channel, name, known)
             else:
-                reading = _of_raw(octets, cut, raw, known)
+                form = Raw.of(raw)
+                reading = _reading(octets, form.block, form.decoded, cut, None, lambda: None, lambda: math.inf, known)
         else:
             opened: Iterator[BinaryIO] = chain([file], (path.open("rb") for _ in count()))
             lines = every_line(lambda: next(opened), name, None if piped else feed)
@@ -99,11 +100,6 @@ def follow_signal(
     except DataError:
         file.close()
         raise
-
-
-def _of_raw(octets: Octets, cut: Cut, raw: RawForm, known: FilePlace | None) -> Reading:
-    form = Raw.of(raw)
-    return _reading(octets, form.block, form.decoded, cut, None, lambda: None, lambda: math.inf, known)
 
 
 def _of_wave(octets: Octets, path: Path, cut: Cut, channel: int | None, name: str, known: FilePlace | None) -> Reading:

@@ -9,7 +9,6 @@ import threading
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import cast
 
 from elusive.errors import DataError, ParameterError
 from elusive.io._asterix_blocks import raw_blocks
@@ -134,7 +133,7 @@ def open_radar_video(
         )
     if name == STANDARD_INPUT:
         return RadarVideoSource(
-            "standard input", lambda counts, said: _of_file(_standard_input, assembly(counts), counts, said)
+            "standard input", lambda counts, said: _of_file(standard_input, assembly(counts), counts, said)
         )
     path = existing_file(source)
     with readable(name), opened(path) as file:
@@ -175,10 +174,6 @@ def _spokes(found: Iterator[Datagram], assembly: Assembly, name: str) -> Iterato
         yield from assembly.rest()
     except UntimedError:
         raise DataError(f"{name}: {NO_TIMES}") from None
-
-
-def _standard_input() -> io.BufferedReader:
-    return io.BufferedReader(cast(io.RawIOBase, standard_input()))
 
 
 def _listened(addresses: list[str], feed: Feed) -> Iterator[Datagram]:

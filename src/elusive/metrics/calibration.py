@@ -59,7 +59,8 @@ def calibration_curve(
     p, there = existence_and_truth(existence, present)
     edges = _edges(bins)
     given = ~np.isnan(p)
-    _need(given.any())
+    if not given.any():
+        raise DataError("existence: every frame is missing (NaN); there is nothing to score.")
     bin_of = np.where(given, np.clip(np.searchsorted(edges, p, side="right") - 1, 0, len(edges) - 2), -1)
     frames, predicted, shares = [], [], []
     for number in range(len(edges) - 1):
@@ -72,11 +73,6 @@ def calibration_curve(
     weights, means = np.array(frames), np.array(predicted)
     ece = float(np.nansum(weights * np.abs(observed.value - means)) / weights.sum())
     return Calibration(edges, weights, means, observed, ece)
-
-
-def _need(any_given: np.bool_) -> None:
-    if not any_given:
-        raise DataError("existence: every frame is missing (NaN); there is nothing to score.")
 
 
 def _edges(bins: int | Sequence[float] | Array) -> Array:

@@ -14,7 +14,7 @@ from elusive.experiments.bootsveld2012 import clouds, curves, influence, maps, p
 from elusive.experiments.bootsveld2012.case import Way, scenery
 from elusive.experiments.bootsveld2012.curves import Point, Summary
 from elusive.experiments.bootsveld2012.phases import CHECK, RANGE_M, Phase, phases
-from elusive.experiments.bootsveld2012.runtimes import RunTime, draw_run_times, run_times, write_run_times
+from elusive.experiments.bootsveld2012.runtimes import RunTime, draw_run_times, run_times
 from elusive.experiments.bootsveld2012.trial import ESTIMATES, SCENARIO, Estimate, ShipTrial
 from elusive.experiments.imprecise_chart import Row, imprecise_chart
 from elusive.io import atomic_folder, existing_folder
@@ -161,7 +161,7 @@ def reproduce(
         if checks:
             write_results(folder / "phases.csv", Phase._fields, checks)
         if times:
-            write_run_times(folder / "runtimes.csv", times)
+            write_results(folder / "runtimes.csv", RunTime._fields, times)
             draw_run_times(folder / "runtimes.png", times)
         written = sorted(path.name for path in folder.iterdir())
     written += ["imprecise.csv", "imprecise.png"] if rows_of_charts else []

@@ -18,7 +18,6 @@ from elusive.contracts import Array
 from elusive.experiments.bootsveld2012.case import scenery
 from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, draw, filter_of
-from elusive.io.csv_files import write_results
 from elusive.report import plots
 
 METHODS: dict[str, tuple[WaterModel | None, str]] = {
@@ -92,11 +91,6 @@ def run_times(case: ShipTrial, seed: int, enough_s: float = ENOUGH_S) -> list[Ru
         in_chart, size = (whole * known.seconds, known.water.nbytes / 1e6) if known is not None else (0.0, 0.0)
         rows.append(RunTime(name, prepare, took, in_chart, steps, len(run.scans) - 1, size, thesis))
     return rows
-
-
-def write_run_times(path: Path, rows: list[RunTime]) -> None:
-    """Write the table as CSV."""
-    write_results(path, RunTime._fields, rows)
 
 
 def draw_run_times(path: Path, rows: list[RunTime]) -> None:
