@@ -222,7 +222,6 @@ WRONG = {
         "too sure by four",
         "two at random",
         "swinging",
-        "misplaced",
         "clock",
         "too sure",
         "imprecise",

@@ -33,6 +33,7 @@ LEAST_TIMES = 12
 TWENTY_TO_ONE = 3.0  # of log evidence
 GAIN = 15.0  # of log evidence, by chance 4e-8 each, and 1e-3 where errors persist a little
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
+ELSEWISE = ("place", "clock")  # what is no direction's error
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
 LONGEST = 2000  # times, of a motion that is tried
 FREER = 4.0  # times the power of the motion's noise that is tried
@@ -78,13 +79,19 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     used = sorted({number for part in heard for times in part for number in times.sensor.tolist()})
     if not 3 <= len(used) <= SENSORS:
         return None
-    claimed, least = base, GAIN
+    claimed, least, as_well = base, GAIN, GAIN
     if bias_of(parameters) is not None:
         # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
         claimed = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(heard, base, strict=True)]
-        least += max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)
+        gained = max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)
+        # a place or a clock that explains as much as large norths is as likely
+        least, as_well = GAIN + gained, gained - AS_LIKELY if gained > GAIN + AS_LIKELY else GAIN + gained
     errors = errors_of(heard, base, sites, used, parameters.deviation_deg)
-    found = _explaining(errors, heard, sites, asked, base, least)
+    found = [
+        one
+        for one in _explaining(errors, heard, sites, asked, base, as_well)
+        if one.gain > least or one.error.kind in ELSEWISE
+    ]
     if not found:
         return None
     pairs = _explaining(pairs_of(errors), heard, sites, asked, base, found[0].gain + AS_LIKELY)
@@ -98,7 +105,8 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     sensor = asked.sensor_of(mended, BearingSet, "z" in base[0][0].state.state_names)
     fits = not any(scale_of(leftovers(path, sensor, asked.filter)).wide for path in best.paths)
     moved = max(apart_by(*two) for one in (best, *others) for two in zip(claimed, one.paths, strict=True))
-    what = ", or ".join([what, *(one.error.said(one.sizes)[0] for one in others[:1])])
+    as_found = ["that norths are off as was found with the path"] if best.gain <= least else []
+    what = ", or ".join([what, *as_found, *(one.error.said(one.sizes)[0] for one in others[:1])])
     fault = Fault(what, remedy, best.gain, moved, fits)
     return fault if fault.moved > MOVED else None
 
