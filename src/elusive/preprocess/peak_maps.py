@@ -77,7 +77,7 @@ def in_time(scene: Scene, offset_px: Array, memory: int) -> tuple[PeakMaps, tupl
     """Return the maps less their past over their noise, and the past after this frame."""
     found, pasts = PeakMaps([], [], []), []
     for k, (image, past) in enumerate(zip(scene.maps, scene.pasts, strict=True)):
-        here = offset_px / 2.0**k
+        here = offset_px / 2.0 ** scene.levels[k]
         whole = np.round(here).astype(np.int64)
         part, roll = here - whole, whole - past.whole
         deviation = _past_kernels.deviate(image, past.mean, past.seen, part, roll)

@@ -22,6 +22,7 @@ from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.deformation import UNKNOWN, deformation
+from elusive.preprocess.fixed_pattern import Pattern, pattern_after
 from elusive.preprocess.grey_levels import levels_of, quantiles_of, unit_of
 from elusive.preprocess.old_blocks import OldBlocks, old_blocks, within
 from elusive.preprocess.overlays import Overlays, laid_over
@@ -29,7 +30,7 @@ from elusive.preprocess.peak_maps import Found, Groups, find, groups_of, in_spac
 from elusive.preprocess.peak_tails import TailState
 from elusive.preprocess.repair import NONE_WATCHED, SUSPECT, Watched, fill_gaps, joined, watch, without_stuck
 from elusive.preprocess.saturated import rims_of
-from elusive.preprocess.scene import Past, Scene, follow
+from elusive.preprocess.scene import Past, Scene, follow, past_of
 from elusive.preprocess.stuck import StuckPixels
 from elusive.preprocess.written import hidden_of
 
@@ -61,6 +62,7 @@ class Peaks(NamedTuple):
     # (3, 2) D: what was at p in the last frame is at p + step_px + D[0] + p @ D[1:]; None where it is only shifted
     deformation: Array | None = None
     old: Mask | None = None  # tiles in which it shows the scene as it was, and holds no peaks; None where not known
+    anew: bool = False  # how the scene went was mistaken up to now, and what seemed to move or to rest in it with it
 
     @property
     def old_share(self) -> float:
@@ -93,6 +95,7 @@ class PeakState(NamedTuple):
     overlays: Overlays
     old: OldBlocks | None
     stuck: Watched
+    pattern: Pattern | None
     tails: TailState | None
     output: Peaks | None
 
@@ -108,7 +111,7 @@ class PeakFinder(Model):
         """Return the state before the first frame."""
         nowhere = np.zeros(2)
         return PeakState(
-            0, (), 0.0, (), None, nowhere, nowhere, 0.0, UNKNOWN, Overlays(), None, NONE_WATCHED, None, None
+            0, (), 0.0, (), None, nowhere, nowhere, 0.0, UNKNOWN, Overlays(), None, NONE_WATCHED, None, None, None
         )
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
@@ -140,7 +143,9 @@ class PeakFinder(Model):
         image = without_dead_lines(image)
         pedestal, quantum = levels_of(image)
         whole = without_stuck(image, self.stuck, state.stuck)
-        maps = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
+        as_recorded = scales.responses(whole - np.float32(pedestal), scales.count_of(image.shape))
+        pattern = state.pattern
+        maps = as_recorded if pattern is None else pattern.maps_of(as_recorded)
         floors = np.array([scales.noise_gain(k) for k in range(len(maps))]) * max(quantum / np.sqrt(12.0), 1e-6)
         groups = groups_of(tuple(values.shape for values in maps))
         scene = Scene(maps, list(state.pasts), floors)
@@ -148,12 +153,16 @@ class PeakFinder(Model):
         unseen = joined(hidden, rims_of(recorded, quantum, len(maps)))
         second = _second().submit(_found_in_space, scene, groups, unseen)
         offset, usual, cut = np.zeros(2), 0.0, True
-        if state.pasts:
+        anew = pattern is not None and pattern.turned
+        if pattern is not None and anew:
+            offset, usual, cut = state.offset_px + pattern.step_px, state.usual, False
+        elif state.pasts:
             offset, usual, cut = follow(scene, state.last, state.offset_px, state.step_px, state.usual)
         found = []
         if cut:
-            none = np.zeros(2, dtype=np.int64)
-            pasts = tuple(Past(values, np.zeros_like(values), np.ones(values.shape, np.uint8), none) for values in maps)
+            pasts = tuple(past_of(values) for values in maps)
+        elif anew:
+            pasts = tuple(past_of(values, offset / 2.0**k) for k, values in enumerate(maps))
         else:
             temporal, pasts = in_time(scene, offset, self.memory)
             # a place must have been seen twice before what differs from it counts
@@ -164,6 +173,7 @@ class PeakFinder(Model):
                 past._replace(seen=np.where(gap, 0, past.seen)) for past, gap in zip(pasts, hidden, strict=True)
             )
         spatial, noise, quantiles = second.result()
+        pattern = pattern_after(pattern, scene, as_recorded, offset, self.memory, cut=cut)
         tails = state.tails
         if cut or tails is None:
             tails = peak_tails.begin(np.array([scales.log_rate(k) for k in range(len(maps))]), groups.scale, 4)
@@ -180,14 +190,15 @@ class PeakFinder(Model):
         coarse = scene.chosen()[1]
         newest = maps[coarse]
         deforms, better = None, UNKNOWN
-        if not cut and state.last is not None:
+        if not (cut or anew) and state.last is not None:
             deforms, better = deformation(newest, state.last, step, coarse, state.better)
         output = Peaks(
-            state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms, old.tiles
-        )
+            state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms, old.tiles,
+            anew,
+        )  # fmt: skip
         return PeakState(
             state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, better, overlays, old, stuck,
-            tails, output,
+            pattern, tails, output,
         )  # fmt: skip
 
     def _rated(

@@ -38,6 +38,12 @@ class Past(NamedTuple):
     whole: NDArray[np.int64]  # (2,) x, y: the scene's offset in whole pixels of the map
 
 
+def past_of(image: Image, offset: Array | None = None) -> Past:
+    """Return what one map shows, with the scene's offset ``(2,)`` in its pixels; zero by default."""
+    whole = np.zeros(2, np.int64) if offset is None else np.round(offset).astype(np.int64)
+    return Past(image, np.zeros_like(image), np.ones(image.shape, np.uint8), whole)
+
+
 class Registered(NamedTuple):
     """How a map lies over its past."""
 
@@ -52,6 +58,7 @@ class Scene(NamedTuple):
     maps: list[Image]
     pasts: list[Past]
     floors: Array  # (scales,) least deviation of each map's noise
+    levels: tuple[int, ...] = tuple(range(4))  # scale of each map
 
     def chosen(self) -> tuple[int, int]:
         """Scale on which a shift is refined, and the one on which it is sought."""
@@ -81,20 +88,36 @@ def follow(
         ``(2,)`` offset [px]; the usual correlation after the frame; whether the scene is another (a cut).
     """
     fine, coarse = scene.chosen()
-    fits = [_refine(scene, coarse, offset_px)]
-    if step_px.any():
-        fits.append(_refine(scene, coarse, offset_px + step_px))
-    found = max(fits, key=lambda fit: fit.likeness)
+    found = _sought(scene, coarse, offset_px, step_px)
     if last is not None and usual > SCENE and found.likeness < LOST * usual:
         jump = Registration().phase(last.astype(float), scene.maps[coarse].astype(float)) * 2.0**coarse
         found = max(found, _refine(scene, coarse, offset_px + jump), key=lambda fit: fit.likeness)
         if usual > TEXTURE and found.likeness < CUT * usual:
             return np.zeros(2), 0.0, True
-    rough, found = found, _refine(scene, fine, found.offset_px)
-    usual += GAIN * (found.likeness - usual)
+    offset, likeness = _believed(scene, (fine, coarse), offset_px, found)
+    return offset, usual + GAIN * (likeness - usual), False
+
+
+def registered(scene: Scene, maps: tuple[int, int], offset_px: Array, step_px: Array) -> Array:
+    """Find the scene's offset ``(2,)`` as :func:`follow` does, by a fine and a coarse map, where nothing jumps."""
+    return _believed(scene, maps, offset_px, _sought(scene, maps[1], offset_px, step_px))[0]
+
+
+def _sought(scene: Scene, coarse: int, offset_px: Array, step_px: Array) -> Registered:
+    """Lay a map over its past where the scene rests, or goes on as it did."""
+    fits = [_refine(scene, coarse, offset_px)]
+    if step_px.any():
+        fits.append(_refine(scene, coarse, offset_px + step_px))
+    return max(fits, key=lambda fit: fit.likeness)
+
+
+def _believed(scene: Scene, maps: tuple[int, int], offset_px: Array, rough: Registered) -> tuple[Array, float]:
+    """Refine an offset, and return the last one where it is not believed; and how like the past the frame is."""
+    fine, coarse = maps
+    found = _refine(scene, fine, rough.offset_px)
     # where the scene is soft, its finest detail is lost in noise
     believed = any(_support(scene, k, offset_px, fit) > SURE for k, fit in ((fine, found), (coarse, rough)))
-    return (found.offset_px if believed else offset_px), usual, False
+    return (found.offset_px if believed else offset_px), found.likeness
 
 
 def _refine(scene: Scene, k: int, start_px: Array) -> Registered:
@@ -110,7 +133,7 @@ def _refine(scene: Scene, k: int, start_px: Array) -> Registered:
             break
         step_x, step_y = (yy * right_x - xy * right_y) / determinant, (xx * right_y - xy * right_x) / determinant
         greatest = max(abs(step_x), abs(step_y))
-        offset = offset - np.array([step_x, step_y]) * (2.0**k * min(1.0, 2.0 / max(greatest, 1e-12)))
+        offset = offset - np.array([step_x, step_y]) * (2.0 ** scene.levels[k] * min(1.0, 2.0 / max(greatest, 1e-12)))
         if greatest < 0.01:
             break
     if sums[6] * max(1, scene.maps[k].size // PIXELS) < 0.1 * scene.maps[k].size:
@@ -125,7 +148,9 @@ def _support(scene: Scene, k: int, before_px: Array, found: Registered) -> float
     In noise without a scene both fit alike, and reading between pixels smooths both alike.
     """
     image, past = scene.maps[k], scene.pasts[k]
-    right, wrong = (at / 2.0**k - past.whole for at in (found.offset_px, 2 * before_px - found.offset_px))
+    right, wrong = (
+        at / 2.0 ** scene.levels[k] - past.whole for at in (found.offset_px, 2 * before_px - found.offset_px)
+    )
     stride = max(1, image.size // PIXELS)
     gain, square = _scene_kernels.preference(image, past.mean, past.seen, right, wrong, found.scale, stride, BORDER)
     return float(gain / np.sqrt(ALIKE * square / stride + 1e-12))
@@ -135,6 +160,6 @@ def _sums(scene: Scene, k: int, offset_px: Array, scale: float) -> Array:
     image, past = scene.maps[k], scene.pasts[k]
     stride = max(1, image.size // PIXELS)
     sums: Array = _scene_kernels.alignment(
-        image, past.mean, past.seen, offset_px / 2.0**k - past.whole, scale, stride, BORDER
+        image, past.mean, past.seen, offset_px / 2.0 ** scene.levels[k] - past.whole, scale, stride, BORDER
     )
     return sums

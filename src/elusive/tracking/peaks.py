@@ -111,6 +111,10 @@ class SceneTracker(PeakRecursion):
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
             belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
+        if peaks is not None and peaks.anew:
+            every = np.ones(len(belief.targets.number), np.bool_)
+            known = belief.targets.anew(every, peaks.offset_px - peaks.step_px)
+            belief = belief._replace(targets=known, unclaimed=(), ended=self.begin().ended)
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets, unclaimed=())
