@@ -24,7 +24,7 @@ LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
 CAUTION = 0.95  # of what is found: taken for too great, it makes a track that is missed follow false bearings
 FITTED_TIMES = 200  # from which is found how well emitters are heard
 TURNING = 0.1  # how often an emitter manoeuvres that does
-PASSES, LIKE, AS_PRECISE = 3, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
+PASSES, LIKE, AS_PRECISE = 2, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
 BEGUN_DEG, LEAST_DEG, MOST_DEG = 2.5, 0.01, 6.0  # of a bearing where nobody tells: bearings far from a track are its
 SETTLED, LEAST_TIMES, LEAST_LEFT = 3, 8, 30  # rounds for deviation and power in turn; of a path; residuals that tell
 
@@ -68,7 +68,7 @@ def _moving(
     asked = asked.replace(sigma_deg=precise or BEGUN_DEG)
     steps, alone = _pass(asked, sites, heard)
     free = not precise or (isinstance(motion, Powered) and motion.q is None)
-    for _ in range(PASSES if free else 0):
+    for _ in range(PASSES + (not precise) if free else 0):
         before = asked
         for _ in range(1 if precise else SETTLED):
             asked = powers_found(asked.replace(motion=motion), sites, alone)
