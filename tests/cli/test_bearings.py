@@ -127,11 +127,11 @@ def test_live_heights_and_an_earlier_run(solid, tmp_path, capsys, monkeypatch):
 class Interrupting(io.BytesIO):
     """Standard input during which Ctrl-C is pressed, once all lines are read."""
 
-    def readline(self, size=-1):
-        line = super().readline(size)
-        if not line:
+    def readinto(self, buffer):
+        read = super().readinto(buffer)
+        if not read:
             signal.raise_signal(signal.SIGINT)
-        return line
+        return read
 
 
 def test_interrupted_while_it_follows_it_leaves_whole_files(flight, tmp_path, capsys, monkeypatch):
