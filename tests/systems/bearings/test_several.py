@@ -15,6 +15,7 @@ from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
+from elusive.systems.bearings import several_fit
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import crowding_of, decided, tracker_of
 from elusive.systems.bearings.several_checks import astray_finding
@@ -97,6 +98,15 @@ def test_how_precise_bearings_are_is_found_from_what_is_heard(sigma_deg):
     found = fitted(BearingTracking(emitters={**HEARD, "false_bearings": 0.5}), SITES, sets).deviation_deg
     # some 170 bearings, of which two of four tell the place
     assert found == pytest.approx(sigma_deg, rel=4 * 1.17 / math.sqrt(85))
+
+
+@pytest.mark.parametrize("sigma_deg", [2.5, 30.0])
+def test_bearings_that_point_away_from_their_path_tell_no_deviation_that_may_not_be_set(sigma_deg):
+    _, sets = crowd(1, 1, times=24, sigma_deg=1.0, false=0.0)
+    turned = [one._replace(azimuth_rad=one.azimuth_rad + math.pi) for one in sets]
+    told = BearingTracking(emitters=HEARD, sigma_deg=sigma_deg)
+    found = several_fit._scattered(told, SITES, [turned])
+    assert sigma_deg < told.replace(sigma_deg=found).sigma_deg <= BearingTracking.most_sigma_deg
 
 
 @pytest.mark.parametrize(("emitters", "seed"), longer([(2, 1), (2, 2), (5, 2), (5, 13)], (2, 2), (5, 2), (5, 13)))

@@ -22,7 +22,7 @@ from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import ROUGHLY
-from elusive.systems.bearings.sought import FIRST, MOST_DEG, SETTINGS, Found, most_evidence
+from elusive.systems.bearings.sought import FIRST, SETTINGS, Found, most_evidence
 from elusive.systems.bearings.track import track
 
 TIMES, FEWEST, WORK = 400, 100, 3.5e5  # of the recording's middle; as many times the cube of a state as are tried
@@ -68,10 +68,10 @@ def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites, given: BearingTr
     sigma_deg = best.parameters.deviation_deg
     if not given.sigma_deg:
         # the robust loss, heavier in its tails than the noise, likes a deviation that is too small
-        sigma_deg = min(sigma_deg * max(scale.half, 1.0), MOST_DEG)
+        sigma_deg = min(sigma_deg * max(scale.half, 1.0), given.most_sigma_deg)
         for _ in range(ROUNDS if covered else 0):
             again = search.scale(best.parameters.replace(sigma_deg=sigma_deg))
-            sigma_deg = min(sigma_deg * max(again.lasting, 1e-3) / COVER, MOST_DEG)
+            sigma_deg = min(sigma_deg * max(again.lasting, 1e-3) / COVER, given.most_sigma_deg)
     return _told(best, sigma_deg)
 
 

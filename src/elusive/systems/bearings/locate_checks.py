@@ -88,7 +88,7 @@ def place_findings(
         )  # fmt: skip
     found.append(moves)
     if math.isfinite(float(fix.covariance[0, 0])):
-        precise = BearingTracking(sigma_deg=min(math.degrees(sigma), 90.0))
+        precise = BearingTracking(sigma_deg=min(math.degrees(sigma), BearingTracking.most_sigma_deg))
         found += geometry_findings(fix.position_m[None], fix.covariance[None], heard, precise, sites, "")
     return tuple(found)
 

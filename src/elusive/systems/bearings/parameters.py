@@ -71,7 +71,10 @@ class BearingTracking(Model):
         AsHeard(), description="How many; auto: several where a sensor's bearings of one time lie apart, and it is said"
     )
     usual_sigma_deg: ClassVar[float] = 1.0
-    sigma_deg: Positive | None = Field(None, le=90, description="Deviation of a bearing [deg]; none: found, live 1")
+    most_sigma_deg: ClassVar[float] = 90.0
+    sigma_deg: Positive | None = Field(
+        None, le=most_sigma_deg, description="Deviation of a bearing [deg]; none: found, live 1"
+    )
     elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
         UseElevations(), description="What to do with elevations, where the bearings have them"
     )

@@ -103,7 +103,8 @@ def _scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[
     size = np.concatenate(sizes)
     if len(size) < LEAST_LEFT:
         return parameters.deviation_deg
-    return float(f"{max(parameters.deviation_deg * float(np.median(size)) / HALF, LEAST_DEG):.3g}")
+    found = parameters.deviation_deg * float(np.median(size)) / HALF
+    return float(f"{np.clip(found, LEAST_DEG, parameters.most_sigma_deg):.3g}")
 
 
 def _pass(

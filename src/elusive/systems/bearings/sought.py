@@ -24,7 +24,6 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import whole_path
 
 EVALUATIONS = 120  # of the evidence
-MOST_DEG = 90.0
 STEP = 0.3  # of logarithms, over which curvature is taken
 NORTHS = math.log(3.0)  # deviation of the logarithm of norths' deviation about that of a bearing, beforehand
 STAYS, MEMORIES = 10.0, math.log(5.0)  # intervals after which what wanders is forgotten, and of its logarithm
@@ -41,7 +40,7 @@ class Setting(NamedTuple):
 
 
 SETTINGS = {
-    "sigma_deg": Setting("--sigma-deg", "deviation of a bearing [deg]", -1.0, 1e-3, MOST_DEG),
+    "sigma_deg": Setting("--sigma-deg", "deviation of a bearing [deg]", -1.0, 1e-3, BearingTracking.most_sigma_deg),
     "q": Setting("--q", "power of the acceleration [m^2/s^3]", 2.0, 1e-6, 1e6),
     "q_vertical": Setting("--q-vertical", "the same upwards [m^2/s^3]", 2.0, 1e-6, 1e6),
     "north": Setting("--bias-sd-deg", "deviation of what persists of a sensor's errors [deg]", 1.0, 1e-2, 1e2),
