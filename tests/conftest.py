@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import os
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -37,8 +36,8 @@ def compiled_once(kernel: Dispatcher, signature: Any, compile_: Any = Dispatcher
     """Compile a kernel while no other process does: one of them compiles, the others take it over from the cache."""
     import fcntl
 
-    locks = Path(tempfile.gettempdir()) / f"elusive-kernels-{os.getuid()}"
-    locks.mkdir(exist_ok=True)
+    locks = Path(__file__).parent / "__pycache__" / "kernels"  # of this checkout: another has caches of its own
+    locks.mkdir(parents=True, exist_ok=True)
     # its own lock first: a thread that waited for it with a file held would be waited for
     with global_compiler_lock, open(locks / f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}", "w") as held:
         fcntl.flock(held, fcntl.LOCK_EX)
