@@ -21,7 +21,7 @@ from elusive.model import Model
 from elusive.preprocess import _summit_kernels, peak_tails, scales
 from elusive.preprocess._scale_kernels import Image, Mask
 from elusive.preprocess.dead_lines import without_dead_lines
-from elusive.preprocess.deformation import UNKNOWN, deformation
+from elusive.preprocess.deformation import Deforming, deformation
 from elusive.preprocess.fixed_pattern import Pattern, pattern_after
 from elusive.preprocess.grey_levels import levels_of, quantiles_of, unit_of
 from elusive.preprocess.old_blocks import OldBlocks, old_blocks, within
@@ -91,7 +91,7 @@ class PeakState(NamedTuple):
     offset_px: Array
     step_px: Array
     usual: float  # correlation of a frame with its past
-    better: Array  # (64,) by how much maps of how the scene deforms laid parts of the frame better than shifts, lately
+    deforming: Deforming
     overlays: Overlays
     old: OldBlocks | None
     stuck: Watched
@@ -111,7 +111,7 @@ class PeakFinder(Model):
         """Return the state before the first frame."""
         nowhere = np.zeros(2)
         return PeakState(
-            0, (), 0.0, (), None, nowhere, nowhere, 0.0, UNKNOWN, Overlays(), None, NONE_WATCHED, None, None, None
+            0, (), 0.0, (), None, nowhere, nowhere, 0.0, Deforming(), Overlays(), None, NONE_WATCHED, None, None, None
         )
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
@@ -189,16 +189,15 @@ class PeakFinder(Model):
         peaks = places[new], strength[new], scale[new], bright[new], found_in_time[new], grey * contrast[new]
         coarse = scene.chosen()[1]
         newest = maps[coarse]
-        deforms, better = None, UNKNOWN
-        if not (cut or anew) and state.last is not None:
-            deforms, better = deformation(newest, state.last, step, coarse, state.better)
+        before = Deforming() if cut or anew else state.deforming
+        deforms, deforming = deformation(newest, step, coarse, before)
         output = Peaks(
             state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms, old.tiles,
             anew,
         )  # fmt: skip
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, better, overlays, old, stuck,
-            pattern, tails, output,
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, deforming, overlays, old,
+            stuck, pattern, tails, output,
         )  # fmt: skip
 
     def _rated(
