@@ -432,6 +432,7 @@ def test_a_bad_parameter_is_one_sentence(given: dict[str, Any], sentence: str) -
         ),
         (np.full((9, 40), 2.0), {}, "none of its 9 frames can be used"),
         (np.full((9, 40), np.nan), {}, "none of its 9 frames can be used"),
+        (np.full((30, 40), 2.0), {"calibration_frames": 20}, "20 of its 20 frames cannot be used, and 5 are needed"),
     ],
 )
 def test_frames_that_cannot_be_used_are_said(frames: np.ndarray, given: dict[str, Any], sentence: str) -> None:

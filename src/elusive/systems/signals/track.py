@@ -20,6 +20,7 @@ from elusive.filters.accumulate.false_alarm import ExtremeValue, NullScores, fra
 from elusive.filters.accumulate.null_scores import deviation_of
 from elusive.filters.accumulate.recurrent import RecurrentState
 from elusive.io import SignalFrame
+from elusive.preprocess.standardise import LEAST_FRAMES
 from elusive.preprocess.whiten import NoiseModel
 from elusive.runner import timed
 from elusive.systems.signals.law import noise_law
@@ -33,6 +34,7 @@ from elusive.tracking.rest import moves
 __all__ = ["SignalState", "SignalTracking", "track_signal"]
 
 FRAME_DIGITS = 6  # of a time counted in frames
+REFUSED = "they are constant, half one value, or hold samples that are NaN, infinite or silent"
 BESIDE = 2  # reaches of an object's evidence, beyond which another thing stands out
 MOVES = 0.5  # probability from which a track moves: in a frame, to be no level; in the mean, to be shown
 UNKNOWN = np.full((2, 2), np.nan)
@@ -132,6 +134,11 @@ def track_signal(
                 "calibration_frames: is of real samples, and these are complex (I and Q); leave it out, and the noise "
                 "is learnt from the frames as they come, or give their magnitude."
             )
+        if len(quiet) < LEAST_FRAMES:
+            raise DataError(
+                f"calibration_frames: {len(calibration) - len(quiet)} of its {len(calibration)} frames cannot be used, "
+                f"and {LEAST_FRAMES} are needed: {REFUSED}; choose other frames, or leave it out."
+            )
         noise = known.noise.calibrated(quiet)
         memory.keep(calibration[-1][1], known := known._replace(noise=noise, quiet=quiet), rng)
         for one, time_s in calibration:
@@ -197,8 +204,8 @@ def _follow(
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
         raise DataError(
-            f"none of its {read} frames can be used: each is constant, half one value, or holds too many samples that "
-            "are NaN or infinite; choose others with start and stop, or replace the samples."
+            f"none of its {read} frames can be used: {REFUSED}; choose others with start and stop, or replace the "
+            "samples."
         )
 
 
