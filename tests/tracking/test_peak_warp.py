@@ -8,7 +8,7 @@ import pytest
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_targets import PeakTargets
-from elusive.tracking.peak_warp import Warp, warp_of
+from elusive.tracking.peak_warp import Warp, carried, warp_of
 from elusive.tracking.peaks import PeakBelief, SceneTracker
 
 SHAPE, MIDDLE = (120, 160), np.array([80.0, 60.0])
@@ -58,6 +58,26 @@ def test_a_scene_that_does_not_deform_is_left_and_so_is_one_of_two_layers() -> N
         layers = np.where(rng.random(60) < 0.5, 1.5, -1.5)[:, None] * [1.0, 0.2]
         assert not found(rng, places, places + layers, 0.3).deforms
         assert not found(rng, places, rng.uniform((0, 0), SHAPE[::-1], (60, 2)), 0.3).deforms
+
+
+def test_a_way_does_not_grow_by_a_zoom_and_turns_with_a_roll() -> None:
+    """What hopped over ten pixels once was sure to move after the camera had zoomed in for long."""
+    rng = np.random.default_rng(0)
+    places = rng.uniform((10, 10), (150, 110), (30, 2))
+    targets = targets_at(places)
+    targets = targets._replace(
+        origin=places - [6.0, 8.0],
+        lately=np.repeat(places[:, None], 6, axis=1),
+        usual=np.stack([places, places], axis=1),
+    )
+    for linear in (0.02 * np.eye(2), np.array([[0.0, 0.02], [-0.02, 0.0]])):
+        now = targets
+        for _ in range(50):
+            now = carried(now, now, Warp(np.zeros(2), linear))
+        gone = now.mean_place - now.origin
+        np.testing.assert_allclose(np.hypot(*gone.T), 10.0)
+        turned = 50 * np.arctan2(linear[0, 1], 1 + linear[0, 0])
+        np.testing.assert_allclose(np.arctan2(gone[:, 1], gone[:, 0]), np.arctan2(8.0, 6.0) + turned)
 
 
 def seen_by(view: np.ndarray, rng: np.random.Generator, *, target: bool) -> list[tuple[PeakBelief, np.ndarray]]:

@@ -418,6 +418,18 @@ def test_a_target_that_jumps_keeps_its_number_and_is_shown_again_at_once(unseen:
     assert shown[46 + unseen] == shown[59] == shown[39]
 
 
+def test_what_rests_beside_a_target_that_has_gone_is_not_that_target() -> None:
+    rng = np.random.default_rng(7)
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        place = [20.0 + k, 60.0 - 0.4 * k] if k < 40 else [51.0, 52.0]
+        return np.array([place])[slice(0 if k == 40 else 1)], np.array([12.0])[slice(0 if k == 40 else 1)]
+
+    beliefs = followed(rng, scene, resting(rng))
+    (gone,) = shown_of(beliefs)[39]
+    assert all(track.track != gone for belief in beliefs[48:] for track in belief.tracks)
+
+
 def test_what_hops_once_does_not_move() -> None:
     """A point of the scene goes over into its neighbour, as where a video's blocks are coded anew."""
     rng = np.random.default_rng(10)

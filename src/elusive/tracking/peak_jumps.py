@@ -1,6 +1,7 @@
 """Targets that are found again elsewhere: where frames were dropped, or a target was hidden for long.
 
-What was shown and is no longer seen goes on as what has just begun beside it, if that alone is like it.
+What was shown and is no longer seen goes on as what has just begun beside it, if that alone is like it, and has gone
+since as it went, rather than rested: a part of the scene that looks like it rests.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ FRESH = 10  # frames up to which a target has just begun
 SURE = 0.9  # existence from which it counts
 REACH_PX = 16.0  # how far a target may have jumped, and a third as far again for each frame's way it has
 ON_SENSOR = ("usual", "strayed", "swept", "mark")
+TOLD_PX = 1.0  # way since it began, from which going on is told from resting
 ALIKE = 0.6  # share of a strength that another has at least; more it may have, where little is known of a place
 
 
@@ -24,7 +26,8 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
     fresh = np.flatnonzero((targets.age <= FRESH) & (targets.existence > SURE) & ~targets.shown)
     if not len(lost) or not len(fresh):
         return targets
-    place, speed = targets.mean_place, np.hypot(*targets.mean_velocity.T)
+    place, velocity = targets.mean_place, targets.mean_velocity
+    speed, gone = np.hypot(*velocity.T), place - targets.origin
     kept = np.ones(len(targets.number), np.bool_)
     values: dict[str, Any] = {
         name: getattr(targets, name).copy()
@@ -35,6 +38,9 @@ def rejoined(targets: PeakTargets, level_spread: float) -> PeakTargets:
         ratio = targets.strength[fresh] / targets.strength[old]
         like = near & (targets.bright[fresh] == targets.bright[old]) & (ratio > ALIKE)
         like &= np.abs(targets.level[fresh] - targets.level[old]) < 3 * level_spread
+        way = targets.age[fresh, None] * velocity[old]
+        rests = np.hypot(*(gone[fresh] - way).T) > np.hypot(*gone[fresh].T)
+        like &= ~(rests & (np.hypot(*way.T) > TOLD_PX))
         if like.sum() != 1:
             continue
         new = int(fresh[like][0])

@@ -52,6 +52,12 @@ class Warp(NamedTuple):
         """Whether it is anything but none."""
         return bool(self.linear.any())
 
+    @property
+    def turned(self) -> Array:
+        """What the linear part makes of ways ``(..., 2)``, their length apart, ``(2, 2)``."""
+        found = np.eye(2) + self.linear
+        return np.asarray(found / math.sqrt(abs(float(np.linalg.det(found)))))
+
     def way(self, places: Array) -> Array:
         """Return how far places ``(..., 2)`` go in a frame."""
         found: Array = self.shift + places @ self.linear
@@ -112,7 +118,8 @@ def carried(targets: PeakTargets, predicted: PeakTargets, warp: Warp) -> PeakTar
     return targets._replace(
         place=place + warp.way(place),
         velocity=np.where(targets.velocity != 0.0, velocity - own.way(place), 0.0),
-        origin=targets.origin + warp.way(targets.origin),
+        # how far a thing has gone does not grow by a zoom
+        origin=at + warp.way(at) - (at - targets.origin) @ warp.turned,
         lately=targets.lately + warp.way(targets.lately),
         usual=np.stack([targets.usual[:, 0] + warp.way(targets.usual[:, 0]), targets.usual[:, 1]], axis=1),
     )
