@@ -107,7 +107,8 @@ def undoubled(
         for j in order[a + 1 :]:
             apart = np.hypot(*(place[i] - place[j]))
             faster = np.hypot(*(velocity[i] - velocity[j]))
-            alike = apart <= 1 or faster <= 0.5 + 0.3 * np.hypot(*velocity[i])
+            passed = age[j] >= 10 and np.hypot(*velocity[j]) < 0.1 * np.hypot(*velocity[i])
+            alike = (apart <= 1 and not passed) or faster <= 0.5 + 0.3 * np.hypot(*velocity[i])
             near = apart <= 0.5 + 0.8 * max(scale[i], scale[j])
             if left[i] and left[j] and bright[i] == bright[j] and age[i] + age[j] > 0 and near and alike:
                 left[j] = False

@@ -128,7 +128,11 @@ def test_neighbours_are_counted_and_doubles_left_out_as_by_the_twins() -> None:
     places, bright = rng.uniform(0, 30, (60, 2)), rng.random(60) < 0.5
     np.testing.assert_array_equal(kernels.crowding(places, bright, 7.0), reference.crowd(places, bright, 7.0))
     velocity, scale, rank = rng.normal(0, 0.5, (60, 2)), rng.uniform(1, 4, 60), rng.random(60)
-    age, kept = rng.integers(0, 3, 60), rng.random(60) < 0.8
+    age, kept = rng.choice([0, 1, 2, 9, 10, 30], 60), rng.random(60) < 0.8
+    places[1::2] = places[::2] + rng.uniform(-0.6, 0.6, (30, 2))
+    velocity[1::2] *= 0.02
+    bright[1::2], rank[::2] = bright[::2], rank[::2] + 1
+    velocity[::2] *= 4
     expected = reference.undoubled(places, velocity, scale, bright, age, rank, kept)
     kernels.leave_doubles(np.argsort(-rank), np.argsort(places[:, 0]), places, velocity, scale, bright, age, kept)
     assert kept.tolist() == expected

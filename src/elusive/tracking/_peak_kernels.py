@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from elusive._kernels import copy_row, copy_rows
 from elusive.contracts import Array
 
+YOUNG, RESTS = 10, 0.01  # frames from which, and share of its energy up to which, a target may pass another by
+
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def predict(
@@ -106,7 +108,7 @@ def leave_doubles(
 ) -> None:
     """Take out of ``kept``, in place, what follows the same object as a target of higher rank: earlier in ``order``.
 
-    ``by_x`` is the order of ``place`` along x.
+    ``by_x`` is the order of ``place`` along x. What has rested for long is passed by, and is no double of what moves.
     """
     across, later = place[by_x, 0], np.empty(len(order), np.int64)
     widest = 0.0
@@ -129,7 +131,8 @@ def leave_doubles(
             if apart > reach:
                 continue
             faster = np.sqrt((velocity[i, 0] - velocity[j, 0]) ** 2 + (velocity[i, 1] - velocity[j, 1]) ** 2)
-            if apart <= 1.0 or faster <= 0.5 + 0.3 * speed:
+            passed = age[j] >= YOUNG and velocity[j, 0] ** 2 + velocity[j, 1] ** 2 < RESTS * speed**2
+            if (apart <= 1.0 and not passed) or faster <= 0.5 + 0.3 * speed:
                 kept[j] = False
 
 
