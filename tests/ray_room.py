@@ -32,8 +32,11 @@ class RayRoom(NamedTuple):
         return iter(self.frames)
 
 
-def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S):
-    """Draw a room whose people walk at some speeds from the thirtieth frame on, in whole dB."""
+def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S, sits=()):
+    """Draw a room whose people walk at some speeds from the thirtieth frame on, in whole dB.
+
+    One more sits at some places, in as many frames from the first.
+    """
     rng, network = np.random.default_rng([7, seed]), border(nodes, HALF_M)
     ends, links = network.positions_m[links_of(nodes)].transpose(1, 0, 2), undirected_of(nodes)
     straight = np.linalg.norm(ends[0] - ends[1], axis=1)[:, None]
@@ -55,7 +58,8 @@ def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTE
         walked(np.random.default_rng([seed, k]), speed, interval_s, frames, half=HALF_M - 0.6)
         for k, speed in enumerate(speeds_mps)
     ]
-    truth = [np.empty((0, 2))] * EMPTY + [np.array(places) for places in zip(*paths, strict=True)]
+    truth = [np.empty((0, 2))] * EMPTY + [np.array([path[k] for path in paths]).reshape(-1, 2) for k in range(frames)]
+    truth = [np.vstack([people, sits[k : k + 1]]) if k < len(sits) else people for k, people in enumerate(truth)]
     heard = (np.round(level(people) + NOISE_DB * rng.standard_t(3.0, (len(links), channels))) for people in truth)
     log = [RssFrame(interval_s * k, np.where(rss < -97, np.nan, rss)) for k, rss in enumerate(heard)]
     return RayRoom(log, network, truth, tuple(map(str, range(channels))))

@@ -56,17 +56,21 @@ class LinkLog:
         before = list(empty)
         if len(before) < 2:
             raise DataError(f"{empty.name}: has {len(before)} frames; record at least two of the empty room.")
+        return self.behind(before, empty.name), len(before)
+
+    def behind(self, before: Sequence[RssFrame], name: str) -> LinkLog:
+        """Return this log behind two and more frames, whose times are moved so that they end an interval before it."""
         times_s = np.array([frame.time_s for frame in before])
 
         def rows() -> Iterator[Row]:
             own = self._read()
             for first in own:
                 moved_s = first[1] - np.median(np.diff(times_s)) - times_s[-1] + times_s
-                yield from ((empty.name, moved_s[k], frame.rss_dbm.copy()) for k, frame in enumerate(before))
+                yield from ((name, moved_s[k], frame.rss_dbm.copy()) for k, frame in enumerate(before))
                 yield first
                 yield from own
 
-        return LinkLog(self.name, self.channels, rows, self._missing_above_dbm, self.again), len(before)
+        return LinkLog(self.name, self.channels, rows, self._missing_above_dbm, self.again)
 
     def __iter__(self) -> Iterator[RssFrame]:
         """Yield the frames.

@@ -19,6 +19,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.model import Model, Positive, Probability
+from elusive.preprocess.link_presence import wandering
 from elusive.preprocess.robust import MAD
 from elusive.sensors.radio_network import RssFrame
 
@@ -31,6 +32,9 @@ APART, QUIETER = 1.6, (0.1, 0.3, 0.4)  # the outer ones are a deviation apart
 SURE_SD, SCATTER = 4.0, 2.0  # deviations of its logarithm by chance, and one reading's: squares of heavy tails
 FARTHEST_SD = 5.0  # what one reading counts for at most
 LEAST_SD_DB = 0.5  # readings are often whole decibels
+# deviations of chance, from which both directions of links wander alike, of busy links, and of others; voxels that
+# vary by themselves, as in simulated logs, make links busy
+BUSY_WANDERS, WANDERS = 2.0, 3.0
 
 Flags = NDArray[np.bool_]
 
@@ -44,6 +48,9 @@ class Calibration(NamedTuple):
     remarks: tuple[str, ...]  # sentences that warn of somebody inside, or of links never heard
     floor_dbm: float = -math.inf  # level at and below which radios do not tell how faint a link is: not heard
     left_out: frozenset[int] = frozenset()  # frames, by their order, in which somebody seems to have been there
+    busy: float = 0.0  # share of the links that vary by more than links do with nobody there
+    wanders: float = math.nan  # how much both directions of links wander alike, in deviations of chance
+    inside: bool = False  # whether somebody seems to have been there in the other frames, too
 
     @property
     def sd_db(self) -> Array:
@@ -63,7 +70,7 @@ class Calibrate(Model):
     -----
     Whoever moves makes links vary that are quiet otherwise. Of the links and channels of a real network, 1 to 3 % had
     a deviation above 2 dB over 10 to 50 frames of an empty basement, 23 to 48 % while one person walked. Somebody who
-    stands still is not seen so.
+    sits or stands is seen by what both directions of links wander alike (:mod:`elusive.preprocess.link_presence`).
     """
 
     busy_sd_db: Positive = Field(2.0, description="Deviation above which a link is busy [dB]")
@@ -95,7 +102,7 @@ class Calibrate(Model):
         if not np.isfinite(dbm).any():
             raise DataError("calibration: nothing was heard in its frames; give frames with readings.")
         whole, quieter = (self._of(read, dbm, chosen) for chosen in (np.ones(len(dbm), dtype=bool), _alone(dbm)))
-        return whole if self._busy(quieter.variance_db2) > self.busy_share else quieter
+        return whole if quieter.busy > self.busy_share else quieter
 
     def _of(self, read: Sequence[RssFrame], dbm: Array, alone: Flags) -> Calibration:
         """Return the calibration over some of the frames ``(K, D, C)``."""
@@ -107,22 +114,23 @@ class Calibrate(Model):
         floor, lies = _floor(dbm[alone], count, mean)
         mean, variance = np.where((count > 0) & ~lies, mean, np.nan), np.where((count > 1) & ~lies, variance, np.nan)
         left_out = frozenset(np.flatnonzero(~alone).tolist())
-        remarks = self._remarks(np.where(lies, 0, count), variance, len(left_out), len(read))
-        return Calibration(read[-1].time_s, mean, variance, remarks, floor, left_out)
+        busy, wanders = self._busy(variance), wandering(np.where(lies, np.nan, dbm[alone]))
+        inside = wanders > (BUSY_WANDERS if busy > self.busy_share else WANDERS)
+        remarks = self._remarks(np.where(lies, 0, count), busy, inside, len(left_out), len(read))
+        return Calibration(read[-1].time_s, mean, variance, remarks, floor, left_out, busy, wanders, inside)
 
     def _busy(self, variance: Array) -> float:
         """Return the share of busy links."""
         known = variance[np.isfinite(variance)]
         return float((known > self.busy_sd_db**2).mean()) if known.size else 0.0
 
-    def _remarks(self, count: Array, variance: Array, left_out: int, frames: int) -> tuple[str, ...]:
+    def _remarks(self, count: Array, busy: float, inside: bool, left_out: int, frames: int) -> tuple[str, ...]:
         remarks = []
-        busy = self._busy(variance)
-        if busy > self.busy_share:
-            remarks.append(
-                f"Calibration: {busy:.0%} of the links vary by more than {self.busy_sd_db:g} dB, as if somebody were "
-                "inside; calibrate on frames in which nobody is."
-            )
+        if inside or busy > self.busy_share:
+            seen = f"{busy:.0%} of the links vary by more than {self.busy_sd_db:g} dB"
+            if busy <= self.busy_share:
+                seen = "both directions of links wander alike"
+            remarks.append(f"Calibration: {seen}, as if somebody were inside; calibrate on frames in which nobody is.")
         if left_out:
             remarks.append(
                 f"calibration: somebody seems to have been inside in {left_out} of its {frames} frames; these are left "

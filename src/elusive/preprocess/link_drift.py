@@ -14,9 +14,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess.link_settled import Flags
 from elusive.sensors.radio_network import Indices, directed_links_of
 
 MEMORIES_S, LEAST_FRAMES = (1.0, 4.0, 16.0), 2.0  # that gains are taken from
@@ -27,6 +27,8 @@ PRIOR_DB = 3.0  # deviation of a gain before anything is known
 # share of the readings that are foretold by gains that drift and not by those that stay: .01 at most of who walks or
 # sits, .02 where people change half of the links, or a cabinet was moved
 SURE = 0.03
+
+Flags = NDArray[np.bool_]
 
 
 class Drift(NamedTuple):
@@ -82,9 +84,15 @@ def drift_after(before: Drift, rise_db: Array, sd_db: Array, away: Flags | None,
         foretold[k] += judged * (float((near - staying).sum()) / max(told.sum(), 1) - foretold[k])
         more, total = _normal_equations(near * parts, rise, nodes)
         weights[k], sums[k] = kept * weights[k] + more, kept * sums[k] + total
-        gains[k] = np.linalg.solve(weights[k] + np.eye(len(total)) / PRIOR_DB**2, sums[k])
+        gains[k] = _solved(weights[k], sums[k])
     best = int(foretold.argmax())
     return Drift(weights, sums, gains, foretold, best if foretold[best] > SURE else -1)
+
+
+def gains_of(rise_db: Array, nodes: int) -> Array:
+    """Return the gains ``(2 S + C,)`` that explain most of a frame's changes ``(D, C)``, NaN where missing [dB]."""
+    heard = np.isfinite(rise_db)
+    return _solved(*_normal_equations(heard.astype(np.float64), np.where(heard, rise_db, 0.0), nodes))
 
 
 def of_drift(gains_db: Array, nodes: int) -> Array:
@@ -97,6 +105,10 @@ def of_drift(gains_db: Array, nodes: int) -> Array:
 
 def _gain(interval_s: float, memory_s: float, frames: float) -> float:
     return min(-math.expm1(-max(interval_s, 0.0) / memory_s), 1 / frames)
+
+
+def _solved(weights: Array, sums: Array) -> Array:
+    return np.asarray(np.linalg.solve(weights + np.eye(len(sums)) / PRIOR_DB**2, sums), dtype=np.float64)
 
 
 @lru_cache(maxsize=8)

@@ -25,14 +25,24 @@ ONE_MORE = 3.0
 # log likelihood a frame by which a second person is told from one: 3.4 to 6.6 of ten and twelve nodes in rooms of rays
 # (.25 to 1 of the frames right), 2.6 in a basement; of eight nodes 1.0 to 1.7 (.0 to .5 right), of five .1 to .4
 TELLS = 2.0
+SEEN_THEN = 0.5  # share of the frames of a calibration with somebody, in which they have to be found
 FOUND_S = 5.0  # within which somebody who comes is found
 
 
 class LinkFacts:
-    """What the steps of a run say of its input, at constant memory."""
+    """What the steps of a run say of its input, at constant memory.
 
-    def __init__(self, nodes: RadioNodes) -> None:
-        self._nodes = nodes
+    Parameters
+    ----------
+    nodes
+        The network.
+    recorded
+        The calibration that the log has itself, where another has been learned from it.
+    """
+
+    def __init__(self, nodes: RadioNodes, recorded: Calibration | None = None) -> None:
+        self._nodes, self._recorded = nodes, recorded
+        self._then, self._seen = 0, 0  # frames of that calibration, and of them with somebody
         self._calibration: Calibration | None = None
         self._confirmed = 0
         self._misfit = math.nan
@@ -49,6 +59,9 @@ class LinkFacts:
         if self._calibration is None:
             self._calibration = step.state.rss.calibration
         self._levels.add(step)
+        if self._recorded is not None and not step.state.calibrating and step.time_s <= self._recorded.time_s:
+            self._then += 1
+            self._seen += any(track.status == "confirmed" for track in step.tracks)
         people = step.state.people
         if isinstance(people, LinksState) and people.learns:
             sure = any(track.status == "confirmed" for track in step.tracks)
@@ -80,9 +93,26 @@ class LinkFacts:
         if self._calibration is None:
             return ()
         mean = self._calibration.mean_dbm
-        found = [*self._levels.findings(), self._model(), self._alike(), self._people()]
+        found = [self._inside(), *self._levels.findings(), self._model(), self._alike(), self._people()]
         found += [self._several(), self._rests(), self._unseen.finding()]
         return (*found, self._beside(), *network_findings(self._nodes, mean))
+
+    def _inside(self) -> Finding:
+        then = self._recorded or self._calibration
+        assert then is not None
+        learned = ""
+        if self._recorded is not None:
+            learned = (
+                " The levels of the empty room are taken from the whole log, as they are most of the time, and "
+                f"somebody is found in {self._seen} of the {self._then} frames."
+            )
+        return Fact(0.0, then.wanders, not then.inside, self._then).finding(
+            "links.calibration",
+            f"Somebody was there throughout the calibration: both directions of links wander alike.{learned} Who rests "
+            "where they were is not seen.",
+            "Calibrate on frames in which nobody is (--empty FILE).",
+            grave=not self._seen > SEEN_THEN * self._then,
+        )
 
     def _model(self) -> Finding:
         known = self._confirmed >= LEARNED_FRAMES

@@ -22,6 +22,7 @@ from elusive.io.added_file import HeldFile
 from elusive.io.atomic import refused
 from elusive.io.csv_files import csv_text
 from elusive.io.truth import Truth
+from elusive.preprocess.link_calibration import Calibration
 from elusive.report.clock import Clock
 from elusive.results import CONFIRMED, DELETED, Scored, TrackLog, scored, spread
 from elusive.results.spool import Records
@@ -67,6 +68,8 @@ class LinkRun:
         Distance up to which a track can stand for somebody, and c of GOSPA; None: 2 m.
     folder
         Where ``tracks.csv`` and ``events.csv`` are written to; None: nowhere.
+    recorded
+        The calibration that the log has itself, where another has been learned.
     live
         Whether it goes on where the system refuses to write, and nothing is asked of it but its files.
 
@@ -85,12 +88,13 @@ class LinkRun:
         folder: Path | None = None,
         cutoff_m: float | None = None,
         *,
+        recorded: Calibration | None = None,
         live: bool = False,
     ) -> None:
         self.title = Path(name).name or name
         self._nodes, self._parameters, self._truth, self._folder = nodes, parameters, truth, folder
         self._cutoff_m = cutoff_m
-        self._scenes, self._facts = SceneKeeper(), LinkFacts(nodes)
+        self._scenes, self._facts = SceneKeeper(), LinkFacts(nodes, recorded)
         self._events: deque[TrackEvent] = deque(maxlen=EVENTS_KEPT)
         self._befell = 0
         self._calibrated = 0

@@ -14,6 +14,7 @@ from elusive.results import write_recording
 from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_links import LinksMethod
+from elusive.systems.links.empty_room import with_empty_room
 from elusive.systems.links.fit import fitted_at_the_start
 from elusive.systems.links.report import links_report
 from elusive.systems.links.results import EVENT_COLUMNS, LinkOutcome, LinkRun
@@ -38,9 +39,10 @@ def track_links_recording(
 ) -> LinkOutcome:
     """Track people through a log and write ``tracks.csv``, ``events.csv``, ``result.nc`` and the report.
 
-    The effect is fitted to the log at first, where none is given. The report is ``report.html`` and ``report.png``;
-    ``config.yaml`` beside them repeats the run. Tables are written as
-    the frames go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
+    Where somebody was in the calibration, the empty room is learned from the whole log
+    (:mod:`elusive.systems.links.empty_room`). The effect is fitted to it at first, where none is given. The report is
+    ``report.html`` and ``report.png``; ``config.yaml`` beside them repeats the run. Tables are written as the frames
+    go, beside ``out`` or hidden in it: nothing is left of them if the log cannot be used.
 
     Parameters
     ----------
@@ -66,12 +68,16 @@ def track_links_recording(
     ParameterError
         If tracks are to be smoothed of a log that comes once.
     """
+    log, recorded = with_empty_room(log, parameters)
     parameters, fitted = fitted_at_the_start(log, nodes, parameters)
     smooth = isinstance(parameters.method, LinksMethod) and parameters.method.smooth
     if smooth and not log.again:
         raise ParameterError("smooth: the log is read twice, which standard input cannot be; give a file.")
     followed = track_smoothed if smooth else track
-    with atomic_folder(out) as folder, LinkRun(log.name, nodes, parameters, truth, folder, cutoff_m) as run:
+    with (
+        atomic_folder(out) as folder,
+        LinkRun(log.name, nodes, parameters, truth, folder, cutoff_m, recorded=recorded) as run,
+    ):
         for number, step in enumerate(followed(log, nodes, parameters), 1):
             run.append(step)
             if on_frame is not None:
