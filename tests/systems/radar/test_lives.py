@@ -140,7 +140,7 @@ def wave_groups(rng, scans):
     return found, lambda time_s: start + time_s * sail
 
 
-def shown(scans, truth, parameters):
+def shown(scans, truth, parameters, faster_mps=0.0):
     """Rows of confirmed tracks of no ship, and the share of the scans in which ships have a track, confirmed or not."""
     seen, right = righted(scans, None)
     parameters, seen = fitted(parameters, list(right), seen, Surroundings(), None)
@@ -149,7 +149,8 @@ def shown(scans, truth, parameters):
     for step in track_radar(scans, tracker, parameters):
         places = np.array([track.mean[[0, 2]] for track in step.tracks]).reshape(-1, 1, 2)
         off = np.hypot(*(places - truth(step.time_s)).transpose(2, 0, 1))
-        sure = np.array([track.status == "confirmed" for track in step.tracks], dtype=bool)
+        fast = [np.hypot(*track.mean[[1, 3]]) >= faster_mps for track in step.tracks]
+        sure = np.array([track.status == "confirmed" for track in step.tracks], dtype=bool) & np.array(fast, dtype=bool)
         wrong += int((off.min(axis=1, initial=np.inf)[sure] > 100).sum())
         found.append((off.min(axis=0, initial=np.inf) < 100).mean())
     return wrong, np.mean(found)

@@ -25,8 +25,9 @@ from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.lives import Ages, Lives, aged
 from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Laid, Lasting, cell_of, in_bands, laid
+from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.triples import PlotErrors, Triples
-from elusive.systems.radar.wakes import Trailing, Wakes
+from elusive.systems.radar.wakes import Trailing
 from elusive.tracking.track import Step
 
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
@@ -71,24 +72,35 @@ class Counts:
         self.bunches = Bunches()
         """Of what no ship explains."""
 
-    def add(self, step: Step, sensor: RadarSensor, water: Water | None, wakes: Wakes | None = None) -> RadarScan:
-        """Take a step in, tracked with a sensor and what is known of water and wakes; return its scan without these."""
+    def add(
+        self, step: Step, sensor: RadarSensor, water: Water | None, radar: RecordedRadar | None = None
+    ) -> RadarScan:
+        """Take a step in, tracked with a sensor and what is known of water and the ``radar``.
+
+        Returns
+        -------
+        RadarScan
+            Its scan without plots of ground and wakes.
+        """
+        ground, wakes = (None, None) if radar is None else (radar.ground(sensor), radar.trails(sensor))
         scan, targets = step.measurement, step.state.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
         self._ages = aged(self._ages, targets, scan, sensor)
         there = [one for one in targets if in_view(one, scan, sensor)]
         self._lives.add(self._ages, there)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
+        theirs = np.zeros_like(left) if ground is None else ground.theirs(scan)
+        left &= ~theirs
         if not isinstance(sensor, HullRadar):  # whose plots lie behind where its hull is told too short
             self._trailing.add(scan, sensor, [one for one in there if one.life.status == "confirmed"], left)
         trailing = np.zeros_like(left)
-        beside: RadarScan = scan
         if wakes is not None:
             trailing = left & wakes.explained(scan, confirmed)
-            beside = scan.select_detections(np.flatnonzero(~trailing))
+        beside: RadarScan = scan.select_detections(np.flatnonzero(~(trailing | theirs)))
+        if wakes is not None:
             self._beside = self._beside or Triples()
             self._beside.add(beside)
-        self.bunches.add_left_over(scan, sensor, targets, water, trailing)
+        self.bunches.add_left_over(scan, sensor, targets, water, trailing | theirs)
         left &= ~trailing
         far, turned = self._take(scan, sensor, left)
         for one in targets:

@@ -19,22 +19,24 @@ from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS, uniform
-from elusive.systems.radar.bunches import MOST
+from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.fast import Fast
+from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
 from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
-from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.survey import PASSED, RadarSurvey
 from elusive.systems.radar.track import track_radar
 from elusive.systems.radar.triples import Triples
 from elusive.systems.radar.wakes import START
 from elusive.tracking.detections import DetectionTracker
 
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
+LOOKS = 2  # at ground: cells are as wide as plots err, which is known when it is left out
 PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
 EVEN = 0.1  # of the false alarms, that lie in other bands of range or other sectors than was assumed
 LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
@@ -75,6 +77,9 @@ def fitted(
         _, tracker, laid = bind_all(asked, seen, around, outline)
         return tracker, laid.water
 
+    if around.charted is None:
+        parameters, seen = grounded(parameters, seen, scans)
+        radar = parameters.radar
     patches, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
     found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
     shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
@@ -148,7 +153,7 @@ def heard_by(
         assert isinstance(sensor, RadarSensor)
         wakes, patches = parameters.radar.trails(sensor), sensor.false_alarm_patches
         for step in track_radar(islice(scans, first), tracker, parameters):
-            counts.add(step, sensor, water, wakes)
+            counts.add(step, sensor, water, parameters.radar)
         heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
@@ -168,6 +173,31 @@ def heard_by(
             radar = radar.replace(false_alarms=max(heard.alarms.false, FEWEST))
         parameters = parameters.replace(radar=radar)
     return heard
+
+
+def grounded(
+    parameters: RadarTracking, seen: RadarSurvey, scans: Iterable[RadarScan]
+) -> tuple[RadarTracking, RadarSurvey]:
+    """Find the ground in a recording without a chart, and what plots beside it show of the radar."""
+    if "false_alarm_ground" not in parameters.radar.unplaced:
+        return parameters, seen
+    passed = seen.passed or tuple(islice(scans, PASSED))
+    for _ in range(LOOKS):
+        sensor = parameters.radar.bind(seen)
+        fixed = Fixed.of(sensor, passed)
+        for scan in passed:
+            fixed.add(scan, sensor.places(scan)[0])
+        parameters = parameters.replace(radar=parameters.radar.replace(false_alarm_ground=fixed.ground(sensor)))
+        if not parameters.radar.false_alarm_ground:
+            break
+        triples, fast, bunched = Triples(), Fast(), Bunches()
+        for scan in passed:
+            rest = rest_of(scan, parameters, sensor)
+            triples.add(rest)
+            fast.add(rest)
+            bunched.add(rest, sensor.places(rest)[0], np.ones(rest.detections, dtype=bool))
+        seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted, bunched=bunched.share)
+    return parameters, seen
 
 
 def looked_at(
@@ -190,16 +220,22 @@ def looked_at(
     counts, sensor = Counts(sea), tracker.sensor
     assert isinstance(sensor, RadarSensor)
     for scan in islice(scans, first):
-        counts.look(scan, sensor, water)
+        counts.look(rest_of(scan, parameters, sensor), sensor, water)
     patches = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor).alarms.patches
     if patches:
         triples, fast = Triples(), Fast()
         for scan in islice(scans, first):
-            rest = beside(scan, patches)
+            rest = beside(rest_of(scan, parameters, sensor), patches)
             triples.add(rest)
             fast.add(rest)
         seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted)
     return patches, seen
+
+
+def rest_of(scan: RadarScan, parameters: RadarTracking, sensor: RadarSensor) -> RadarScan:
+    """Return a scan without the plots of ground."""
+    ground = parameters.radar.ground(sensor)
+    return scan if ground is None else scan.select_detections(np.flatnonzero(~ground.theirs(scan)))
 
 
 def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
@@ -211,7 +247,7 @@ def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:
         "false_alarm_lives": heard.lives,
         "false_alarm_wakes": heard.wakes,
     }
-    return {name: found[name] for name in told.unplaced}
+    return {name: found[name] for name in told.unplaced if name in found}
 
 
 def _apart(shares: Sequence[float], others: Sequence[float]) -> float:

@@ -23,7 +23,7 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
-from elusive.systems.radar.first_pass import FEWEST, heard_by, looked_at
+from elusive.systems.radar.first_pass import FEWEST, grounded, heard_by, looked_at
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import patched
 from elusive.systems.radar.survey import HALF, righted
@@ -67,10 +67,13 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
-    patches, seen = looked_at(bound, scans, RadarTracking(), seen, HALF)
+    asked = RadarTracking()
+    if water is None:  # the places of ground are the recording's alone, and not told
+        asked, seen = grounded(asked, seen, scans)
+    patches, seen = looked_at(bound, scans, asked, seen, HALF)
     assert seen.errors is not None
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
-    heard = heard_by(bound, scans, RadarTracking(), HALF, seen.way[:, 1:], {"false_alarm_patches": patches})
+    heard = heard_by(bound, scans, asked, HALF, seen.way[:, 1:], {"false_alarm_patches": patches})
     detected, trials, (false, shares, sectors, patches), lives, wakes = heard[:5]
     beside = "plots of no track" + ("" if water is None else ", at sea") + patched(patches)
     told = f"{seen.errors.targets:.0f} triples of plots of targets"

@@ -68,6 +68,14 @@ def land_shares(
     return np.asarray(1 - np.mean(wet, axis=0))
 
 
+def log_at_rest(sensor: RadarSensor, scan: RadarScan) -> Array:
+    """Log density of the Doppler of what is at rest, as a radar that may move sees it; 0 where none is measured."""
+    towards = scan.own.vx_mps * np.sin(scan.bearing_rad) + scan.own.vy_mps * np.cos(scan.bearing_rad)
+    sd = sensor.doppler_sd_mps
+    density = -0.5 * ((scan.doppler_mps + towards) / sd) ** 2 - math.log(sd * math.sqrt(TURN_RAD))
+    return np.where(np.isfinite(scan.doppler_mps), density, 0.0)
+
+
 class LandEchoes:
     """Plots of land.
 
@@ -97,7 +105,7 @@ class LandEchoes:
 
     def new(self, scan: RadarScan) -> NewEchoes:
         """Say of each plot how likely it is a fixed echo's that was never detected."""
-        log_intensity = self._log_land(scan) + math.log(FIXED_SHARE) + self._log_at_rest(scan)
+        log_intensity = self._log_land(scan) + math.log(FIXED_SHARE) + log_at_rest(self.sensor, scan)
         return NewEchoes(log_intensity, *self.sensor.places(scan))
 
     def log_densities(self, echoes: Sequence[FixedEcho], scan: RadarScan) -> Array:
@@ -110,16 +118,12 @@ class LandEchoes:
         squared = (yy * off[..., 0] ** 2 - 2 * xy * off[..., 0] * off[..., 1] + xx * off[..., 1] ** 2) / size
         with np.errstate(divide="ignore"):
             distance = np.log(scan.range_m)  # from an area to range times bearing
-        return np.asarray(-0.5 * (squared + np.log(size)) - math.log(TURN_RAD) + distance + self._log_at_rest(scan))
+        return np.asarray(
+            -0.5 * (squared + np.log(size)) - math.log(TURN_RAD) + distance + log_at_rest(self.sensor, scan)
+        )
 
     def _log_land(self, scan: RadarScan) -> Array:
         with np.errstate(divide="ignore"):
             return np.asarray(
                 self._log_rate + np.log(np.maximum(1 - water_at(self.water, *self.sensor.places(scan)), 0))
             )
-
-    def _log_at_rest(self, scan: RadarScan) -> Array:
-        """Log density of the Doppler of what is at rest; 0 where none is measured."""
-        sd = self.sensor.doppler_sd_mps
-        density = -0.5 * (scan.doppler_mps / sd) ** 2 - math.log(sd * math.sqrt(TURN_RAD))
-        return np.where(np.isfinite(scan.doppler_mps), density, 0.0)

@@ -14,6 +14,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
+from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.late_headings import Headings, righted
 from elusive.systems.radar.parameters import RadarTracking
@@ -54,6 +55,8 @@ class Learnt:
     ) -> None:
         self.told = asked.radar
         self.parameters, self.seen = fitted(asked, first, seen, around, outline)
+        uncharted = around.charted is None and "false_alarm_ground" in asked.radar.unplaced
+        self._ground = Fixed.of(asked.radar.bind(self.seen), first) if uncharted else None
         self.counts = Counts(memory_scans=MEMORY)
         self._errors: Triples | None = Triples()
         self._scans, self._first, self._fit_at = 0, len(first), len(first)
@@ -71,11 +74,13 @@ class Learnt:
     def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> bool:
         """Take a step in; return whether what is known of the radar has changed."""
         self._scans += 1
-        beside_wakes = self.counts.add(step, sensor, water, self.parameters.radar.trails(sensor))
+        if self._ground is not None:
+            self._ground.add(step.measurement, sensor.places(step.measurement)[0])
+        rest = self.counts.add(step, sensor, water, self.parameters.radar)
         if not (self.told.untold or self.told.unplaced):
             return False
         if self._errors is not None:
-            self._errors.add(beside(beside_wakes, self.parameters.radar.false_alarm_patches or ()))
+            self._errors.add(beside(rest, self.parameters.radar.false_alarm_patches or ()))
         if self._scans < self._first:  # of which more is known than is counted again by now
             return False
         if not self.counts.risen() and self._scans % LOOK:
@@ -91,6 +96,8 @@ class Learnt:
         if self.told.false_alarms is None:
             found["false_alarms"] = max(heard.alarms.false, FEWEST)
         found |= spread(self.told, heard)
+        if self._ground is not None:
+            found["false_alarm_ground"] = self._ground.ground(sensor)
         if self.told.detection_probability is None and heard.trials >= TRIALS:
             found["detection_probability"] = possible(heard.detected)
         self.parameters = self.parameters.replace(radar=self.parameters.radar.replace(**found))

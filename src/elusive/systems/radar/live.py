@@ -18,6 +18,7 @@ from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.checks import findings_of, in_view, innovation
+from elusive.systems.radar.ground import ground_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.learnt import LOOK, TELLING, Learnt
 from elusive.systems.radar.lives import lasting_finding
@@ -144,6 +145,7 @@ def follow_radar(
         findings += (known.counts.finding(sensor, around.water, known.seen.way[:, 1:]),)
         told = known.parameters.radar
         findings += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
+        findings += (ground_finding(told.false_alarm_ground or ()),)
         findings += (kept.finding(),) if parameters.constraints else ()
         findings += () if fusion is None else (fusion.finding(),)
         return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))

@@ -21,6 +21,7 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.land import LandEchoes
 from elusive.systems.radar.recorded import RecordedRadar
 from elusive.tracking.detections import DetectionRules, DetectionTracker
+from elusive.tracking.fixed_echoes import Backdrop
 
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
@@ -149,7 +150,7 @@ class RadarTracking(Model):
             motion = WithExtent(motion=ConstantVelocity(q=self.motion.q))
             sensor = HullRadar(**{name: getattr(sensor, name) for name in type(sensor).model_fields})
         knowledge: Sequence[Knowledge] = ()
-        backdrop = None
+        backdrop: Backdrop | None = self.radar.ground(sensor)
         if coast is None:
             self.check_uncharted()
         elif isinstance(self.knowledge, WaterModel):

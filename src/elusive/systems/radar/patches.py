@@ -107,6 +107,34 @@ def beside(scan: RadarScan, patches: Sequence[Patch]) -> RadarScan:
     return scan.select_detections(np.flatnonzero(density(scan.range_m, scan.bearing_rad, patches) == 0))
 
 
+def own_rates(
+    counts: Array, law: Array, lasting: NDArray[np.bool_], share: float = FIRST, mean: float = 0.0
+) -> tuple[Array, float, float]:
+    """Tell what comes in cells that have a rate of their own from what the law tells: a round of the maximisation.
+
+    Parameters
+    ----------
+    counts, law, lasting
+        Of cells of one shape: what came, what the law tells, above zero, and whether it came all along.
+    share, mean
+        Of the cells that have a rate of their own, and what comes in one; zero: not yet known.
+
+    Returns
+    -------
+    tuple
+        What comes in each beyond the law, and share and mean by now.
+    """
+    if not mean:  # a rate of its own is many times what the law tells
+        mean = float(np.sort(counts[lasting])[-counts.size // 100 :].mean()) if lasting.any() else 1.0
+    whole = np.round(counts)
+    ways = gammaln(whole + SPREAD) - gammaln(SPREAD)  # of both laws, less what they share: the factorial
+    negative_binomial = SPREAD * np.log(SPREAD) + xlogy(whole, mean) - (SPREAD + whole) * np.log(SPREAD + mean)
+    poisson = xlogy(whole, law) - law
+    its = np.where(lasting & (counts > law), expit(logit(share) + ways + negative_binomial - poisson), 0.0)
+    share, mean = float(its.mean()), float((its * counts).sum() / max(its.sum(), 1e-9)) or 1.0
+    return its * np.maximum(counts - law, 0.0), share, mean
+
+
 def laid(counts: Array, lasting: NDArray[np.bool_], scans: float, sea: Array, sensor: RadarSensor) -> Laid:
     """Tell the law and the patches apart.
 
@@ -127,21 +155,13 @@ def laid(counts: Array, lasting: NDArray[np.bool_], scans: float, sea: Array, se
     sector = np.repeat(np.arange(SECTORS), BEARINGS // SECTORS)
     each = 1 / (np.bincount(band)[band][:, None] * np.bincount(sector)[sector])
     own, share, mean = np.zeros(counts.shape), FIRST, 0.0
-    whole = np.round(counts)
-    ways = gammaln(whole + SPREAD) - gammaln(SPREAD)  # of both laws, less what they share: the factorial
     for _ in range(ROUNDS):
         rest = np.zeros((BANDS, SECTORS))
         np.add.at(rest, (band[:, None], sector), counts - own)
         shares, sectors = shares_of(rest, sea)
         rate = float(rest.sum() / (scans * (shares @ sea @ sectors)))
         law = scans * rate * (np.outer(shares, sectors) * sea)[band[:, None], sector] * each
-        if not mean:  # a rate of its own is many times what the law tells
-            mean = float(np.sort(counts[lasting])[-counts.size // 100 :].mean()) if lasting.any() else 1.0
-        negative_binomial = SPREAD * np.log(SPREAD) + xlogy(whole, mean) - (SPREAD + whole) * np.log(SPREAD + mean)
-        poisson = xlogy(whole, law) - law
-        its = np.where(lasting & (counts > law), expit(logit(share) + ways + negative_binomial - poisson), 0.0)
-        share, mean = float(its.mean()), float((its * counts).sum() / max(its.sum(), 1e-9)) or 1.0
-        own = its * np.maximum(counts - law, 0.0)
+        own, share, mean = own_rates(counts, law, lasting, share, mean)
     patches = list[Patch]()
     low, high, half = sensor.limits
     for row, column in zip(*np.nonzero(own > LEAST), strict=True):

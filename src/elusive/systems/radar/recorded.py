@@ -12,6 +12,7 @@ from elusive.model import FROM_RECORDING, NonNegative, Positive, Probability
 from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.range_bands import BANDS
+from elusive.systems.radar.ground import Ground, GroundEchoes
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.wakes import START, Wakes
 
@@ -27,6 +28,7 @@ PLACED = {  # anywhere alike, and none lasts
     "false_alarm_shares": (1.0,),
     "false_alarm_sectors": (1.0,),
     "false_alarm_patches": (),
+    "false_alarm_ground": (),
     "false_alarm_lives": (),
     "false_alarm_wakes": (),
 }
@@ -67,6 +69,12 @@ class RecordedRadar(RadarSensor):
         None,
         description="Patches of more of them, beside that number: nearest and furthest range [m], first and last "
         "bearing clockwise [deg], and how many a scan has; none: as a first pass shows",
+        json_schema_extra=FROM_RECORDING,
+    )
+    false_alarm_ground: Ground | None = Field(
+        None,
+        description="Places of shores, bridges and quays, where there is no chart: east and north of the origin [m], "
+        "how far plots spread there, xx, yy, xy [m^2], and how many a scan has; none: as a first look shows",
         json_schema_extra=FROM_RECORDING,
     )
     false_alarm_lives: tuple[float, ...] | None = Field(
@@ -119,6 +127,10 @@ class RecordedRadar(RadarSensor):
     def trails(self, sensor: RadarSensor) -> Wakes | None:
         """Return the wakes that a sensor sees; None where there are none."""
         return Wakes(sensor, *self.false_alarm_wakes) if self.false_alarm_wakes else None
+
+    def ground(self, sensor: RadarSensor) -> GroundEchoes | None:
+        """Return the ground that a sensor sees; None where there is none."""
+        return GroundEchoes.of(sensor, self.false_alarm_ground) if self.false_alarm_ground else None
 
     def bind(self, seen: RadarSurvey) -> RadarSensor:
         """Return the sensor, with the errors and limits of a recording where none are given."""

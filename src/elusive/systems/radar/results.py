@@ -26,6 +26,7 @@ from elusive.systems.radar.company import company_findings
 from elusive.systems.radar.copies import Sightings, copies_finding
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.fast import fast_finding
+from elusive.systems.radar.ground import ground_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.lives import lasting_finding
 from elusive.systems.radar.parameters import RadarTracking
@@ -90,7 +91,7 @@ class RadarRun:
         """Take in a scan's result."""
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
-        self._counts.add(step, self._sensor, self._around.water, self._parameters.radar.trails(self._sensor))
+        self._counts.add(step, self._sensor, self._around.water, self._parameters.radar)
         self._bias = coast_bias(step.state.knowledge)
         beliefs = {target.life.track: target for target in step.state.targets}
         sure = {track.track for track in step.tracks if track.status == "confirmed"}
@@ -162,6 +163,7 @@ class RadarRun:
         found += (self._counts.finding(self._sensor, self._around.water, self._seen.way[:, 1:]),)
         seen, told = self._seen, self._parameters.radar
         found += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
+        found += (ground_finding(told.false_alarm_ground or ()),)
         found += company_findings(tracked.paths, times_s)
         if len(seen.way) == 1:
             sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)

@@ -1,0 +1,200 @@
+"""Ground without a chart: shores, bridges and quays, as places of a world that a radar sails past or stands in.
+
+In most cells of the world the number of plots is Poisson, as dense as round about; in some it has a rate of its own,
+gamma distributed, found by expectation maximisation as for patches (:mod:`elusive.systems.radar.patches`). Where such
+cells have plots all along, and stand in rows longer than two ships at anchor, they are ground: its plots are a Poisson
+process beside that of the false alarms (Kingman, 1993, Poisson processes, section 2.2), as dense about each place as
+its plots were and may err. What stands alone, a buoy or a ship at anchor, is tracked.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from elusive.checks import Finding
+from elusive.contracts import Array
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.systems.radar.land import log_at_rest
+from elusive.systems.radar.patches import ALL_ALONG, FIRST, ROUNDS, own_rates
+from elusive.tracking.fixed_echoes import FixedEcho, NewEchoes
+
+# of each place: east and north [m], how far plots spread there, xx, yy, xy [m^2], and how many a scan has
+Ground = tuple[tuple[float, float, float, float, float, float], ...]
+
+WIDE, LEAST_M, MOST_M = 2.0, 15.0, 80.0  # of a cell, in deviations of a plot in the median, and at least and most
+MOST_CELLS = 400_000
+BLOCK = 6  # cells of a block's side, of which eight round about tell how dense plots are
+SEEN, SELDOM = 4.0, 0.05  # plots of a cell, and their share of the scans, from which it can be ground
+HALF, LEAST = 0.5, 1e-6  # of the plots of a cell that are its own, and plots that come anywhere
+APART_M, BESIDE = 200.0, 2.0  # of places in a row, which is longer, by cells of an echo: two ships at anchor are none
+WIDER, PRIOR = 1 / 3, 2.0  # of a plot's error, about what was seen of a place; plots as if seen all over its cell
+ECHO = 1.5  # cells, within which plots are of one echo
+MOMENTS = 400  # of the way, at which is asked what was in view
+REACH = 4.0  # deviations of a plot from a place, within which it can be of it
+
+
+class Fixed:
+    """Counts plots in the cells of the world.
+
+    Parameters
+    ----------
+    cell_m
+        Side of a cell.
+    """
+
+    def __init__(self, cell_m: float) -> None:
+        self._cell_m = cell_m
+        self._cells: dict[tuple[int, int], list[float]] = {}  # plots, sums of scans and places, their squares
+        self._way: list[tuple[float, float]] = []
+
+    @classmethod
+    def of(cls, sensor: RadarSensor, scans: Sequence[RadarScan]) -> Fixed:
+        """Return the counts before any scan, in cells as wide as a sensor errs at the ranges of plots."""
+        far = float(np.median(np.concatenate([np.zeros(1), *(scan.range_m for scan in scans)])))
+        wide = WIDE * math.hypot(sensor.range_sd_m, sensor.bearing_sd_rad * far)
+        return cls(min(max(wide, LEAST_M), MOST_M))
+
+    def add(self, scan: RadarScan, places: Array) -> None:
+        """Take a scan in, whose plots lie at places ``(m, 2)`` [m]."""
+        now = float(len(self._way))
+        self._way.append((scan.own.x_m, scan.own.y_m))
+        for (column, line), (east, north) in zip(
+            np.floor(places / self._cell_m).astype(np.int64).tolist(), places.tolist(), strict=True
+        ):
+            row = self._cells.get((column, line))
+            if row is None:
+                if len(self._cells) >= MOST_CELLS:
+                    continue
+                row = self._cells[column, line] = [0.0] * 8
+            for k, more in enumerate((1.0, now, now * now, east, north, east * east, north * north, east * north)):
+                row[k] += more
+
+    def ground(self, sensor: RadarSensor) -> Ground:
+        """Return what is ground in a sensor's view."""
+        cells = np.array([*self._cells]).reshape(-1, 2)
+        table = np.array([*self._cells.values()]).reshape(-1, 8)
+        enough = table[:, 0] >= SEEN
+        if not enough.any():
+            return ()
+        counts, lasting = table[:, 0], np.zeros(len(table), dtype=bool)
+        law = np.maximum(_round_about(cells, counts), LEAST)
+        number, sums, squares = table[enough, :3].T
+        places, square = table[enough, 3:5] / number[:, None], table[enough, 5:] / number[:, None]
+        scans, wide = _in_view(places, np.array(self._way), sensor)
+        lasting[enough] = squares / number - (sums / number) ** 2 > ALL_ALONG * wide
+        share, mean = FIRST, 0.0
+        for _ in range(ROUNDS):
+            own, share, mean = own_rates(counts, law, lasting, share, mean)
+        rate = own[enough] / np.maximum(scans, 1.0)
+        found = np.flatnonzero((own[enough] > HALF * number) & (rate > SELDOM))
+        found = found[_in_rows(places[found], self._cell_m)]
+        if not len(found):
+            return ()
+        places, number, square = places[found], number[found], square[found] - _squares(places[found])
+        near = cKDTree(places).query_ball_point(places, ECHO * self._cell_m)
+        together = np.array([rate[found][its].sum() for its in near])
+        often = rate[found] / np.minimum(together, 1.0)  # an echo that comes and goes has a plot while it is there
+        square[:, :2] += PRIOR / number[:, None] * self._cell_m**2 / 12
+        square *= (number / (number + PRIOR))[:, None]
+        return tuple(map(tuple, np.column_stack([places, square, often]).tolist()))
+
+
+def _squares(places: Array) -> Array:
+    """Return xx, yy and xy of places, ``(n, 2) -> (n, 3)``."""
+    return np.column_stack([places**2, places[:, 0] * places[:, 1]])
+
+
+def _round_about(cells: NDArray[np.int64], number: Array) -> Array:
+    """Mean number of plots of a cell in the blocks about each, its own block left out, ``(n,)``."""
+    block = cells // BLOCK
+    block -= block.min(axis=0) - 1
+    counts = np.zeros(block.max(axis=0) + 2)
+    np.add.at(counts, tuple(block.T), number)
+    around = 9 * uniform_filter(counts, 3, mode="constant") - counts
+    found: Array = around[tuple(block.T)] / (8 * BLOCK**2)
+    return found
+
+
+def _in_view(places: Array, way: Array, sensor: RadarSensor) -> tuple[Array, Array]:
+    """How many scans had each place in view, ``(n,)``, and the variance of their numbers."""
+    when = np.unique(np.linspace(0, len(way) - 1, min(len(way), MOMENTS)).astype(np.int64))
+    off = places[:, None] - way[when] - np.array([sensor.x_m, sensor.y_m])
+    seen = sensor.sees(np.hypot(off[..., 0], off[..., 1]), np.arctan2(off[..., 0], off[..., 1]))
+    share = np.maximum(seen.sum(axis=1), 1)
+    mean = seen @ when / share
+    return seen.mean(axis=1) * len(way), seen @ when.astype(float) ** 2 / share - mean**2
+
+
+def _in_rows(places: Array, cell_m: float) -> NDArray[np.bool_]:
+    """Which of places ``(n, 2)`` are of a row that is long."""
+    n = len(places)
+    if not n:
+        return np.zeros(0, dtype=bool)
+    pairs = cKDTree(places).query_pairs(APART_M, output_type="ndarray")
+    _, row = connected_components(coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n)), directed=False)
+    long = np.zeros(row.max() + 1, dtype=bool)
+    for one in range(len(long)):
+        its = places[row == one]
+        long[one] = math.hypot(*np.ptp(its, axis=0)) > APART_M + BESIDE * cell_m
+    return np.asarray(long[row])
+
+
+class GroundEchoes(NamedTuple):
+    """Plots of ground, as :class:`~elusive.tracking.fixed_echoes.Backdrop`: each comes once, and none is new."""
+
+    sensor: RadarSensor
+    places: Array  # (n, 2) [m]
+    spread: Array  # (n, 2, 2) of plots there [m^2]
+    number: Array  # (n,) a scan
+    tree: cKDTree
+
+    @classmethod
+    def of(cls, sensor: RadarSensor, ground: Ground) -> GroundEchoes:
+        """Return those of a ground of at least one place."""
+        table = np.array(ground)
+        spread = table[:, [2, 4, 4, 3]].reshape(-1, 2, 2)
+        return cls(sensor, table[:, :2], spread, table[:, 5], cKDTree(table[:, :2]))
+
+    def log_scattered(self, scan: RadarScan) -> Array:
+        """Log density of plots of ground, where each is, ``(m,)`` [1 / (m rad)], and of their Doppler."""
+        places, errors = self.sensor.places(scan)
+        found = np.zeros(len(places))
+        reach = REACH * np.sqrt(np.trace(errors, axis1=1, axis2=2) + np.trace(self.spread, axis1=1, axis2=2).max())
+        for k, near in enumerate(self.tree.query_ball_point(places, reach) if len(places) else ()):
+            off, spread = self.places[near] - places[k], self.spread[near] + WIDER * errors[k]
+            squared = np.einsum("ni,nij,nj->n", off, np.linalg.inv(spread), off)
+            found[k] = (self.number[near] / np.sqrt(np.linalg.det(spread))) @ np.exp(-0.5 * squared)
+        with np.errstate(divide="ignore"):
+            return np.log(found * scan.range_m / TURN_RAD) + log_at_rest(self.sensor, scan)
+
+    def new(self, scan: RadarScan) -> NewEchoes:
+        """Say that no plot begins an echo."""
+        return NewEchoes(np.full(scan.detections, -np.inf), *self.sensor.places(scan))
+
+    def log_densities(self, echoes: Sequence[FixedEcho], scan: RadarScan) -> Array:
+        """Return those of no echoes, ``(0, m)``."""
+        return np.zeros((len(echoes), scan.detections))
+
+    def theirs(self, scan: RadarScan) -> NDArray[np.bool_]:
+        """Which plots are rather of ground than other false alarms, ``(m,)``."""
+        return np.asarray(self.log_scattered(scan) > self.sensor.log_clutter(scan))
+
+
+def ground_finding(ground: Ground) -> Finding:
+    """Say that there is ground."""
+    return Finding(
+        "radar.ground", not ground, 0.0, float(len(ground)),
+        f"{len(ground)} places in rows have plots all along: shores, bridges, quays or moorings. What lies still among "
+        "them is not tracked, and what passes them is found later.",
+        "Give the chart (--chart).", grave=False,
+    )  # fmt: skip
