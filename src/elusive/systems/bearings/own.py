@@ -19,9 +19,14 @@ def away_of(tracks: Sequence[Track], place: Array, angle: Array) -> tuple[Array,
     """Return how far a sensor's bearings lie from tracks, ``(T, m)``, and variances of their directions, ``(T,)``."""
     off = np.array([track.mean[[X, Y]] for track in tracks]).reshape(-1, 2) - place
     spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in tracks]).reshape(-1, 2, 2)
+    direction, variance = direction_of(off, spread)
+    return np.abs(wrapped(angle - direction[:, None])), variance
+
+
+def direction_of(off: Array, spread: Array) -> tuple[Array, Array]:
+    """Return directions ``(n,)`` of ways ``(n, 2)``, and their variances by covariances ``(n, 2, 2)``."""
     slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-    away = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None]))
-    return away, np.einsum("ni,nij,nj->n", slope, spread, slope)
+    return np.arctan2(off[:, 0], off[:, 1]), np.einsum("ni,nij,nj->n", slope, spread, slope)
 
 
 def own_steps(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> dict[int, list[Step]]:

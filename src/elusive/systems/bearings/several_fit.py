@@ -14,7 +14,7 @@ from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Powered, SeveralEmitters
 from elusive.systems.bearings.heard import bearings_of, starts_of
 from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
-from elusive.systems.bearings.own import own_steps
+from elusive.systems.bearings.own import away_of, direction_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import manoeuvres_told, powers_found, whole, whole_path
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
@@ -95,10 +95,8 @@ def _scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[
         angles = bearings_of(part)
         rows = np.repeat(np.arange(len(part)), angles.counts)
         off = path.states[rows][:, [X, Y]] - starts_of(part, sites)
-        slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-        spread = path.covariances[rows][:, [[X], [Y]], [[X, Y]]]
-        free = 1 - np.einsum("ni,nij,nj->n", slope, spread, slope) / variance
-        left = np.abs(wrapped(angles.azimuth_rad - np.arctan2(off[:, 0], off[:, 1])))
+        direction, spread = direction_of(off, path.covariances[rows][:, [[X], [Y]], [[X, Y]]])
+        free, left = 1 - spread / variance, np.abs(wrapped(angles.azimuth_rad - direction))
         sizes.append((left / np.sqrt(variance * np.maximum(free, LEAST_FREE)))[free > LEAST_FREE])
     size = np.concatenate(sizes)
     if len(size) < LEAST_LEFT:
@@ -129,16 +127,12 @@ def _heard(steps: Sequence[Step], sites: SensorSites, sigma: float) -> tuple[flo
     places = sites.positions_m[:, :2]
     for step in steps:
         sure = [track for track in step.tracks if track.status == "confirmed"]
-        mean = np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2)
-        spread = np.array([track.covariance[np.ix_([X, Y], [X, Y])] for track in sure]).reshape(-1, 2, 2)
         for sensor in np.unique(step.measurement.sensor).tolist():
             angle = step.measurement.azimuth_rad[step.measurement.sensor == sensor]
-            off = mean - places[sensor]
-            slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-            reach = NEAR * np.sqrt(sigma**2 + np.einsum("ni,nij,nj->n", slope, spread, slope))
-            near = np.abs(wrapped(angle - np.arctan2(off[:, 0], off[:, 1])[:, None])) < reach[:, None]
+            away, spread = away_of(sure, places[sensor], angle)
+            reach = NEAR * np.sqrt(sigma**2 + spread)
             scans, bearings, expected = scans + 1, bearings + len(angle), expected + len(sure)
-            hits += int(near.any(axis=1).sum())
+            hits += int((away < reach[:, None]).any(axis=1).sum())
             others = max(len(angle) - USUALLY_HEARD, 0.0)
             chance += float((1 - np.exp(-others * reach / math.pi)).sum())
     heard_share = USUALLY_HEARD
