@@ -105,7 +105,7 @@ def test_the_doppler_of_ground_is_the_radars_own():
 @pytest.mark.validate
 @pytest.mark.parametrize("moving", [True, False])
 def test_a_radar_without_a_chart_makes_no_ships_of_a_shore(moving):
-    """Rows of confirmed tracks that are of no ship and sail are few (1084 and 985 without ground), ships are found."""
+    """Rows of confirmed tracks that are of no ship and sail are few, and ships are found."""
     rng = np.random.default_rng(7)
     ships = [[-1500.0, 5.0, -800.0, 0.0], [1500.0, -6.0, 400.0, 0.0], [500.0, 0.0, -1500.0, 0.0]]
     scans, truth = sailed(rng, 60, *coast(rng), ships, moving)
