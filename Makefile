@@ -4,7 +4,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-JOBS ?= 3
+JOBS ?= 4
 
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
@@ -25,8 +25,8 @@ help:
 demo: $(VENV)/.core
 	$(BIN)/elusive demo --out demo
 
-# processes for two cores, of which one often waits for a browser, a broker or a server; threads of linear algebra
-# would only wait for each other
+# processes for two cores, of which some often wait for a browser, a server, or a kernel that another one compiles;
+# threads of linear algebra would only wait for each other
 test validate: export OPENBLAS_NUM_THREADS = 1
 
 test: $(VENV)/.dev
