@@ -22,7 +22,7 @@ from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_lev
 from elusive.preprocess.link_drift import Drift, drift_after, no_drift, of_drift
 from elusive.preprocess.link_settled import Flags, Settled
 from elusive.preprocess.node_gains import node_gains, of_readings
-from elusive.sensors.radio_network import Indices, RssFrame, undirected_of
+from elusive.sensors.radio_network import Indices, RssFrame, nodes_of, undirected_of
 
 __all__ = ["Calibrate", "Calibration", "RssChange", "RssState", "fade_level"]
 
@@ -95,7 +95,7 @@ class RssChange(Model):
         links = len(_undirected(len(calibration.mean_dbm))) // 2
         shape = calibration.mean_dbm.shape
         unread = np.full(links, np.nan), calibration, np.empty((0, *shape)), np.full(shape, np.nan)
-        return RssState(*unread, Settled.none(calibration), no_drift(_nodes(shape[0]), shape[1]))
+        return RssState(*unread, Settled.none(calibration), no_drift(nodes_of(shape[0]), shape[1]))
 
     def step(self, state: RssState, frame: RssFrame, *, empty: bool = False, away: Flags | None = None) -> RssState:
         """Return the state after one more frame; its ``change`` is what an image is made of.
@@ -124,7 +124,7 @@ class RssChange(Model):
                 f"channels), finite or missing (got shape {level.shape})."
             )
         level = np.where(level <= state.calibration.floor_dbm, np.nan, level)
-        nodes, empty_sd, mean_dbm = _nodes(len(level)), state.calibration.sd_db, state.calibration.mean_dbm
+        nodes, empty_sd, mean_dbm = nodes_of(len(level)), state.calibration.sd_db, state.calibration.mean_dbm
         drifted_dbm = mean_dbm + of_drift(state.drift.gain_db, nodes)
         bursts = disturbed(level - drifted_dbm, empty_sd, nodes)
         level[:, bursts] = np.nan
@@ -182,15 +182,10 @@ class RssChange(Model):
 @lru_cache(maxsize=8)
 def _undirected(directed: int) -> Indices:
     """Undirected link of each of so many directed ones."""
-    nodes = _nodes(directed)
+    nodes = nodes_of(directed)
     if nodes < 2 or nodes * (nodes - 1) != directed:
         raise DataError(f"calibration: has {directed} links; S nodes have S (S - 1), both directions of each pair.")
     return undirected_of(nodes)
-
-
-def _nodes(directed: int) -> int:
-    """Nodes of so many directed links."""
-    return (1 + math.isqrt(1 + 4 * directed)) // 2
 
 
 def _variance(levels: Array) -> Array:

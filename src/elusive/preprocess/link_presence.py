@@ -18,7 +18,7 @@ from scipy.stats import chi2
 from elusive.contracts import Array
 from elusive.preprocess.link_drift import gains_of, of_drift
 from elusive.preprocess.robust import MAD
-from elusive.sensors.radio_network import Indices, directions_of, links_of
+from elusive.sensors.radio_network import Indices, directions_of, links_of, nodes_of
 
 FEWEST = 6  # frames that tell whether anything wanders
 DRAWS = 100  # of unlike links, and of orders
@@ -35,7 +35,7 @@ def wandering(dbm: Array) -> float:
     dbm
         ``(K, D, C)`` levels of successive frames, NaN where missing.
     """
-    nodes = (1 + math.isqrt(1 + 4 * dbm.shape[1])) // 2
+    nodes = nodes_of(dbm.shape[1])
     if len(dbm) < FEWEST or nodes * (nodes - 1) != dbm.shape[1]:
         return math.nan
     ends, rng = links_of(nodes), np.random.default_rng(0)
@@ -88,7 +88,7 @@ def emptied(dbm: Array, frames: int) -> Array:
         level = np.nanmedian(dbm, axis=0)
         blocks = dbm[: len(dbm) // BLOCK * BLOCK].reshape(-1, BLOCK, *level.shape).var(axis=1, ddof=1)
         quiet = np.nanquantile(blocks, QUIET, axis=0) * (BLOCK - 1) / chi2.ppf(QUIET, BLOCK - 1)
-        one, two = directions_of((1 + math.isqrt(1 + 4 * dbm.shape[1])) // 2).T
+        one, two = directions_of(nodes_of(dbm.shape[1])).T
         apart = dbm[:, one] - dbm[:, two]
         apart -= np.nanmedian(apart, axis=0)
         most = FARTHEST_SD * np.maximum(MAD * np.nanmedian(np.abs(apart), axis=0), LEAST_SD_DB)

@@ -5,6 +5,7 @@ Mendieta (2017), eq. 3.9: ``S`` nodes have ``S (S - 1) / 2`` links, each measure
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -84,6 +85,11 @@ def directed_links_of(nodes: int) -> Indices:
     """
     sender, receiver = np.nonzero(~np.eye(nodes, dtype=bool))
     return np.column_stack([sender, receiver]).astype(np.int64)
+
+
+def nodes_of(directed: int) -> int:
+    """Return how many nodes have so many directed links; where none have, the nearest number below."""
+    return (1 + math.isqrt(1 + 4 * directed)) // 2
 
 
 def undirected_of(nodes: int) -> Indices:
