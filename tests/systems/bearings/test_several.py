@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import yaml
 from scipy.integrate import quad
 
 from elusive.contracts import DetectionSensor
@@ -16,17 +17,23 @@ from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings import several_fit
+from elusive.systems.bearings.heard import righted
+from elusive.systems.bearings.norths import several_norths_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several import crowding_of, decided, tracker_of
 from elusive.systems.bearings.several_checks import astray_finding
 from elusive.systems.bearings.several_fit import CAUTION, TURNING, fitted
+from elusive.systems.bearings.several_norths import norths_found
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
 from elusive.tracking.track import Step, Track
 from tests.longer import longer
-from tests.systems.bearings.crowd import PLACES, SITES, crowd, followed
+from tests.systems.bearings.crowd import FOUND_OUT, PLACES, SITES, crowd, followed, found
 
-HEARD = {"kind": "several", "detection_probability": 0.9, "false_bearings": 3.0, "manoeuvre_share": 0.0}
+HEARD = {
+    "kind": "several", "detection_probability": 0.9, "false_bearings": 3.0, "manoeuvre_share": 0.0,
+    "norths_deg": (0.0,) * 4,
+}  # fmt: skip
 SENSOR = CrowdedBearings(bearings=BearingSensors(positions_m=PLACES, detection_probability=0.9), false_bearings=3.0)
 
 
@@ -95,9 +102,9 @@ def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
 @pytest.mark.parametrize("sigma_deg", longer([0.3, 3.0], 0.3))
 def test_how_precise_bearings_are_is_found_from_what_is_heard(sigma_deg):
     _, sets = crowd(4, 2, times=24, sigma_deg=sigma_deg, false=0.5)
-    found = fitted(BearingTracking(emitters={**HEARD, "false_bearings": 0.5}), SITES, sets).deviation_deg
+    told = BearingTracking(emitters={**HEARD, "false_bearings": 0.5})
     # some 170 bearings, of which two of four tell the place
-    assert found == pytest.approx(sigma_deg, rel=4 * 1.17 / math.sqrt(85))
+    assert fitted(told, SITES, sets).deviation_deg == pytest.approx(sigma_deg, rel=4 * 1.17 / math.sqrt(85))
 
 
 @pytest.mark.parametrize("sigma_deg", [2.5, 30.0])
@@ -105,8 +112,51 @@ def test_bearings_that_point_away_from_their_path_tell_no_deviation_that_may_not
     _, sets = crowd(1, 1, times=24, sigma_deg=1.0, false=0.0)
     turned = [one._replace(azimuth_rad=one.azimuth_rad + math.pi) for one in sets]
     told = BearingTracking(emitters=HEARD, sigma_deg=sigma_deg)
-    found = several_fit._scattered(told, SITES, [turned])
-    assert sigma_deg < told.replace(sigma_deg=found).sigma_deg <= BearingTracking.most_sigma_deg
+    scattered = several_fit._scattered(told, SITES, [turned])
+    assert sigma_deg < told.replace(sigma_deg=scattered).sigma_deg <= BearingTracking.most_sigma_deg
+
+
+def test_norths_are_found_from_several_paths_together():
+    """As far off as they are sure, and zero within that where they are right."""
+    asked, times = BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.5}, sigma_deg=1.0), np.arange(30.0)
+    squares = []
+    for seed, sd_deg in zip(range(40, 46), (2.0, 2.0, 2.0, 0.0, 0.0, 0.0), strict=True):
+        truth, rng = crowd(seed, 2, times=30)[0], np.random.default_rng(seed)
+        true = sd_deg * rng.standard_normal(4)
+        alone = [
+            [righted(one, -true) for one in BearingSensors(positions_m=PLACES).simulate(path, times, rng)]
+            for path in truth.swapaxes(0, 1)
+        ]
+        told = norths_found(asked, SITES, alone).emitters
+        assert max(told.norths_sd_deg) < 1.0
+        squares += (((np.array(told.norths_deg) - true) / told.norths_sd_deg) ** 2).tolist()
+    # of norths that are right the size tried is the least, and they are nearly told
+    assert np.mean(squares) < 1 + 4 * math.sqrt(2 / len(squares))
+
+
+def test_norths_that_were_found_repeat_a_run():
+    told = BearingTracking(emitters={**HEARD, "norths_deg": (2.5, 0.0, -1.0, 0.0)}, motion={"kind": "cv", "q": 0.5})
+    assert BearingTracking(**yaml.safe_load(told.to_yaml())) == told
+    _, sets = crowd(4, 2, times=3)
+    came = next(iter(track(sets, told.replace(sigma_deg=1.0), SITES))).measurement
+    assert np.rad2deg(sets[0].azimuth_rad - came.azimuth_rad) == pytest.approx(
+        np.array([2.5, 0.0, -1.0, 0.0])[came.sensor]
+    )
+    finding = several_norths_finding(told, SITES)
+    assert not finding.holds
+    assert "sensor sw are 2.5 degrees too large" in finding.sentence
+    with pytest.raises(ParameterError, match="norths_deg: has 1 numbers for 4 sensors"):
+        list(track(sets, told.replace(sigma_deg=1.0, emitters={**HEARD, "norths_deg": (2.5,)}), SITES))
+
+
+@pytest.mark.validate
+@pytest.mark.parametrize("seed", [11, 13, 14])
+def test_emitters_are_found_where_norths_are_off(seed):
+    truth, sets = crowd(seed, 3)
+    off_deg = 2.0 * np.random.default_rng([5, seed]).normal(size=4)
+    result = found(list(track([righted(one, -off_deg) for one in sets], FOUND_OUT, SITES)), truth)
+    assert result.share >= 0.95
+    assert result.ghosts <= 0.1
 
 
 @pytest.mark.parametrize(("emitters", "seed"), longer([(2, 1), (2, 2), (5, 2), (5, 13)], (2, 2), (5, 2), (5, 13)))
@@ -165,8 +215,8 @@ def test_emitters_manoeuvre_where_pieces_of_their_paths_tell_powers_of_their_own
     way[:, 1], way[:, 3] = 25 * np.sin(heading), 25 * np.cos(heading)
     way[:, [0, 2]] = np.cumsum(way[:, [1, 3]], axis=0) - 25 * np.array([0.0, 4.0])
     turning = BearingSensors(positions_m=PLACES).simulate(way, times, np.random.default_rng(6))
-    found = fitted(parameters, SITES, turning)
-    assert found.emitters.manoeuvre_share == TURNING
-    assert isinstance(tracker_of(found, SITES).motion, ManoeuvringVelocity)
+    fit = fitted(parameters, SITES, turning)
+    assert fit.emitters.manoeuvre_share == TURNING
+    assert isinstance(tracker_of(fit, SITES).motion, ManoeuvringVelocity)
     given = parameters.replace(emitters=parameters.emitters.replace(manoeuvre_share=0.0))
     assert type(tracker_of(given, SITES).motion) is ConstantVelocity

@@ -167,7 +167,7 @@ def optimise(
     L: Array,
     Y: Array,
 ) -> tuple[float, int, bool]:
-    """Descend from a path, in place, to one of least cost; leave the factor of the undamped equations there.
+    """Descend from a path, in place, to one of least cost; leave the factor of the least damped equations there.
 
     Returns the cost, the iterations taken and whether the last step was smaller than ``tolerance`` of the state's
     deviation.
@@ -202,5 +202,8 @@ def optimise(
     if not settled:
         linearise(path, table, ranges, T, W, anchor, loss, A, B, g)
     if not settled or damping > 0.0:
-        factorise(A, B, 0.0, L, Y)
+        damping = 0.0
+        # where hardly any noise moves a state between times, rounding makes the equations singular
+        while not factorise(A, B, damping, L, Y) and damping < MOST_DAMPING:
+            damping = max(damping * 10, LEAST_DAMPING)
     return cost, taken, settled

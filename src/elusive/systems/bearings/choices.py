@@ -13,7 +13,7 @@ from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.problem import Setting
 from elusive.filters.gaussian.transitions import AngleBias
-from elusive.model import Model, NonNegative, Positive, Probability
+from elusive.model import FROM_RECORDING, Model, NonNegative, Positive, Probability
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn
 from elusive.sensors.arrival_times import ArrivalTimeSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
@@ -176,6 +176,14 @@ class SeveralEmitters(Model):
     )
     manoeuvre_share: Probability | None = Field(
         None, description="With cv: how often an emitter accelerates 30 times as hard; none: found, 0 or 0.1, live 0"
+    )
+    norths_deg: tuple[float, ...] | None = Field(
+        None,
+        description="What azimuths of each sensor are too large by [deg]; none: found, live 0",
+        json_schema_extra=FROM_RECORDING,
+    )
+    norths_sd_deg: tuple[NonNegative, ...] | None = Field(
+        None, description="Deviations of these [deg]; none: found, live 0", json_schema_extra=FROM_RECORDING
     )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")

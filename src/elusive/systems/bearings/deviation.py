@@ -15,8 +15,7 @@ from elusive.systems.bearings.fit import fit_bearings
 from elusive.systems.bearings.fitting import tracked
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import powers_found
-from elusive.systems.bearings.sought import NORTHS
+from elusive.systems.bearings.powers import NORTHS, powers_found
 
 NORTHS_DEG = 10.0  # of what persists, beyond which azimuths rather mean something else
 

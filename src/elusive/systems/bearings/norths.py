@@ -7,7 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.checks import Finding
+from elusive.contracts import Array
 from elusive.sensors.bearing_sets import SensorSites
+from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.fitting import bias_of
 from elusive.systems.bearings.geometry import upper
 from elusive.systems.bearings.parameters import BearingTracking
@@ -31,19 +33,36 @@ def norths_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
         What it was tracked with.
     """
     bias, names = bias_of(parameters), steps[0].state.state_names
+    off_deg, sure_deg, parts = np.zeros(0), np.zeros(0), list[str]()
+    if bias:
+        columns = [names.index(f"bias_across_{number}") for number in range(len(sites.names))]
+        off_deg = bias.sd_deg * np.mean([step.state.mean[columns] for step in steps], axis=0)
+        variances = [step.state.covariance[columns, columns] for step in steps]
+        sure_deg = bias.sd_deg * np.sqrt(np.median(variances, axis=0))
+        if bias.sd_deg > parameters.deviation_deg and bias.memory_s < float(np.ptp([step.time_s for step in steps])):
+            parts = [f"sensors' errors wander by {bias.sd_deg:.2g} degrees and are forgotten in {bias.memory_s:.2g} s"]
+    return _finding(off_deg, sure_deg, parameters, sites, said, parts)
+
+
+def several_norths_finding(parameters: BearingTracking, sites: SensorSites) -> Finding:
+    """Say the same of norths that were found with the paths of several emitters."""
+    emitters = parameters.emitters
+    assert isinstance(emitters, SeveralEmitters)
+    off_deg, sure_deg = (np.array(part or ()) for part in (emitters.norths_deg, emitters.norths_sd_deg))
+    return _finding(off_deg, sure_deg if len(sure_deg) else np.zeros(len(off_deg)), parameters, sites, "", [])
+
+
+def _finding(
+    off_deg: Array, sure_deg: Array, parameters: BearingTracking, sites: SensorSites, said: str, wander: list[str]
+) -> Finding:
+    """Say what sensors' norths are off by, ``(n,)`` or none, how sure that is, and what wanders."""
     worst, parts, sigma_deg = 0.0, list[str](), parameters.deviation_deg
-    for number, name in enumerate(sites.names if bias else ()):
-        assert bias is not None
-        column = names.index(f"bias_across_{number}")
-        means = np.array([step.state.mean[column] for step in steps])
-        spread = np.sqrt([step.state.covariance[column, column] for step in steps])
-        off_deg, sure_deg = bias.sd_deg * float(means.mean()), bias.sd_deg * float(np.median(spread))
-        if abs(off_deg) > max(LARGE * sigma_deg, CERTAIN * sure_deg):
-            worst = max(worst, abs(off_deg) / sigma_deg)
-            way = "too large" if off_deg > 0 else "too small"
-            parts.append(f"the azimuths of sensor {name} are {abs(off_deg):.2g} degrees {way} (+- {sure_deg:.1g})")
-    if bias and bias.sd_deg > sigma_deg and bias.memory_s < float(np.ptp([step.time_s for step in steps])):
-        parts.append(f"sensors' errors wander by {bias.sd_deg:.2g} degrees and are forgotten in {bias.memory_s:.2g} s")
+    for name, off, sure in zip(sites.names[: len(off_deg)], off_deg.tolist(), sure_deg.tolist(), strict=True):
+        if abs(off) > max(LARGE * sigma_deg, CERTAIN * sure):
+            worst = max(worst, abs(off) / sigma_deg)
+            way = "too large" if off > 0 else "too small"
+            parts.append(f"the azimuths of sensor {name} are {abs(off):.2g} degrees {way} (+- {sure:.1g})")
+    parts += wander
     return Finding(
         "bearings.norths", not parts, 0.0, worst,
         f"{upper(said + ', '.join(parts))}: so it was found with the path, whose ellipses hold for directions that "

@@ -31,6 +31,7 @@ BACK = 0.2  # share of a path's steps that the next ones take back
 HOPELESS = -30.0  # of log evidence, from which still smaller powers are not tried
 CAUTION = 2.0  # deviations of a power, a decade at most, that it is taken greater: a small one makes ellipses small
 BEFOREHAND = 1.5  # deviation of a power's decimal logarithm about the usual one's, before anything is heard
+NORTHS = math.log(3.0)  # the same of the logarithm of norths' deviation about that of a bearing
 ROUGHLY = 0.01  # of a path's deviation, at which a descent ends: the evidence errs by half its square
 Paths = list[SmoothedPath | None]
 

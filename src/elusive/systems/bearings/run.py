@@ -34,6 +34,7 @@ from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_o
 from elusive.systems.bearings.several import crowding_of, decided
 from elusive.systems.bearings.several_checks import several_findings
 from elusive.systems.bearings.several_fit import fitted
+from elusive.systems.bearings.several_norths import widened
 from elusive.systems.bearings.several_results import names_of, several_outcome
 from elusive.systems.bearings.track import Emitter, together, track, track_labelled
 from elusive.tracking.memory import Memory
@@ -115,7 +116,7 @@ def track_bearings_recording(
                 steps = list(track(heard, parameters, sites))
                 pairs = pairings(steps, parameters, sites)
                 findings = (*several_findings(steps, parameters, sites), pairings_finding(pairs))
-                steps = lowered(steps, pairs)
+                steps = widened(lowered(steps, pairs), parameters, sites)
             outcome = several_outcome(
                 source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels, findings
             )

@@ -16,7 +16,7 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import BearingSensors, wrapped
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings.choices import AsHeard, OneEmitter, SeveralEmitters
-from elusive.systems.bearings.heard import angles_of
+from elusive.systems.bearings.heard import angles_of, righted
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
@@ -122,6 +122,8 @@ def track_several(
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
 
+    Its bearings are turned by the norths that are known to be off.
+
     It is kept in ``memory``, and gone on from.
 
     Raises
@@ -132,7 +134,9 @@ def track_several(
         If a measurement cannot be used.
     """
     assert isinstance(parameters.emitters, SeveralEmitters)
-    memory = memory or Memory()
+    memory, norths_deg = memory or Memory(), parameters.emitters.norths_deg
+    if norths_deg is not None and len(norths_deg) != len(sites.names):
+        raise ParameterError(f"norths_deg: has {len(norths_deg)} numbers for {len(sites.names)} sensors.")
     rng, tracker = np.random.default_rng(parameters.emitters.seed), tracker_of(parameters, sites)
     state, rng = memory.held or (tracker.init(rng), rng)
     for measurement in measurements:
@@ -146,6 +150,7 @@ def track_several(
                 "--emitters several: tells bearings apart, and not times of arrival; leave arrival_s out, or take "
                 "--emitters one."
             )
+        measurement = righted(measurement, norths_deg)
         state = tracker.step(state, measurement.time_s, measurement, rng)
         memory.keep(measurement.time_s, state, rng)
         yield Step(measurement.time_s, measurement, state, state.tracks)

@@ -12,12 +12,14 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
 from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.mirrored import mirrored_finding
+from elusive.systems.bearings.norths import several_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.readings import CONVENTIONS, reread
@@ -142,7 +144,10 @@ def coherent(scale: CrowdScale) -> bool:
 
 
 def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
-    """Check the tracks of several emitters in unlabelled bearings."""
+    """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found."""
+    norths = several_norths_finding(parameters, sites)
+    assert isinstance(parameters.emitters, SeveralEmitters)
+    parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_sd_deg=None))
     scale = crowd_scale(steps, sites, parameters.deviation_deg)
     error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
     wide = scale.number >= LEAST and scale.half > WIDE + error
@@ -150,6 +155,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     bad = wide or coherent(scale) or ghosts
     sentence, remedy = _cause(steps, parameters, sites, scale) if bad else ("", "")
     found = [
+        norths,
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
         repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),
@@ -189,7 +195,10 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     if not wide:
         longest = sorted(own.values(), key=len, reverse=True)[:MOST_EMITTERS]
         found.append(fault_finding(fault_of(longest, parameters, sites), ""))
-    for number, its in sorted(own.items()):
+    for number, whole in sorted(own.items()):
+        its = [step for step in whole if len(step.measurement.sensor)]
+        if not its:
+            continue
         places = np.array([step.tracks[0].mean[[X, Y]] for step in its])
         spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in its])
         geometry = geometry_findings(

@@ -8,16 +8,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from elusive.contracts import X, Y
-from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Powered, SeveralEmitters
-from elusive.systems.bearings.heard import bearings_of, starts_of
+from elusive.systems.bearings.heard import bearings_of, righted, starts_of
 from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
 from elusive.systems.bearings.own import away_of, direction_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import manoeuvres_told, powers_found, whole, whole_path
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
+from elusive.systems.bearings.several_norths import norths_found
 from elusive.tracking.track import Step
 
 LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
@@ -25,6 +26,7 @@ CAUTION = 0.95  # of what is found: taken for too great, it makes a track that i
 FITTED_TIMES = 200  # from which is found how well emitters are heard
 TURNING = 0.1  # how often an emitter manoeuvres that does
 PASSES, LIKE, AS_PRECISE = 2, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
+AS_STRAIGHT = 0.5  # deviations of a bearing, by which other norths are followed alike
 BEGUN_DEG, LEAST_DEG, MOST_DEG = 2.5, 0.01, 6.0  # of a bearing where nobody tells: bearings far from a track are its
 SETTLED, LEAST_TIMES, LEAST_LEFT = 3, 8, 30  # rounds for deviation and power in turn; of a path; residuals that tell
 
@@ -40,7 +42,7 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
     moves_told = emitters.manoeuvre_share is not None or not isinstance(motion, Cruise)
     moves_told = moves_told and not (isinstance(motion, Powered) and motion.q is None)
     hearing = (parameters.sigma_deg, emitters.detection_probability, emitters.false_bearings)
-    if moves_told and None not in hearing:
+    if moves_told and None not in (*hearing, emitters.norths_deg):
         return parameters
     parameters, steps = _moving(parameters, sites, heard[:FITTED_TIMES])
     heard_share, false = _heard(steps, sites, math.radians(parameters.deviation_deg))
@@ -67,12 +69,15 @@ def _moving(
     asked = parameters.replace(emitters=emitters.replace(manoeuvre_share=TURNING)) if unknown else parameters
     asked = asked.replace(sigma_deg=precise or BEGUN_DEG)
     steps, alone = _pass(asked, sites, heard)
-    free = not precise or (isinstance(motion, Powered) and motion.q is None)
+    straight = emitters.norths_deg is None
+    free = not precise or straight or (isinstance(motion, Powered) and motion.q is None)
     for _ in range(PASSES + (not precise) if free else 0):
         before = asked
-        for _ in range(1 if precise else SETTLED):
-            asked = powers_found(asked.replace(motion=motion), sites, alone)
-            asked = asked if precise else asked.replace(sigma_deg=_scattered(asked, sites, alone))
+        for _ in range(SETTLED if straight or not precise else 1):
+            own = _righted(asked, alone)
+            asked = powers_found(asked.replace(motion=motion), sites, own)
+            asked = asked if precise else asked.replace(sigma_deg=_scattered(asked, sites, own))
+            asked = norths_found(asked, sites, alone) if straight else asked
         if not precise and asked.deviation_deg > MOST_DEG:
             # bearings so far from any track rather mean something else, which is found beside the usual deviation
             return _moving(parameters.replace(sigma_deg=parameters.deviation_deg), sites, heard)
@@ -80,8 +85,9 @@ def _moving(
             break
         steps, alone = _pass(asked, sites, heard)
     if unknown:
-        share = TURNING if manoeuvres_told(asked, sites, alone) else 0.0
-        asked = asked.replace(emitters=emitters.replace(manoeuvre_share=share))
+        share = TURNING if manoeuvres_told(asked, sites, _righted(asked, alone)) else 0.0
+        assert isinstance(asked.emitters, SeveralEmitters)
+        asked = asked.replace(emitters=asked.emitters.replace(manoeuvre_share=share))
     return asked, steps
 
 
@@ -107,17 +113,29 @@ def _scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[
 
 def _pass(
     parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]
-) -> tuple[list[Step], list[list[PlaceSet]]]:
-    """Track, and return what each track takes for its own as well, time by time."""
+) -> tuple[list[Step], list[list[BearingSet]]]:
+    """Track, and return what each track takes for its own as well, time by time, as it was heard."""
     steps = [step._replace(state=None) for step in track_several(heard, parameters, sites)]
     own = own_steps(steps, sites, parameters.deviation_deg).values()
-    return steps, [[step.measurement for step in part if len(step.measurement.sensor)] for part in own]
+    alone = [[step.measurement for step in part if len(step.measurement.sensor)] for part in own]
+    return steps, _righted(parameters, alone, -1.0)
+
+
+def _righted(
+    parameters: BearingTracking, alone: Sequence[Sequence[BearingSet]], by: float = 1.0
+) -> list[list[BearingSet]]:
+    """Return emitters' bearings as they were if norths were right; ``by`` -1: as they come."""
+    assert isinstance(parameters.emitters, SeveralEmitters)
+    norths_deg = by * np.array(parameters.emitters.norths_deg or ())
+    return [[righted(measurement, norths_deg) for measurement in part] for part in alone]
 
 
 def _alike(one: BearingTracking, other: BearingTracking) -> bool:
     """Say whether deviations and powers are so near that a tracker follows both alike."""
     powers = [part.plain_motion.q if isinstance(part.plain_motion, Powered) else 1.0 for part in (one, other)]
     alike = abs(math.log((powers[0] or 1.0) / (powers[1] or 1.0))) < math.log(LIKE)
+    norths = [np.array(getattr(part.emitters, "norths_deg", None) or 0.0) for part in (one, other)]
+    alike = alike and bool((np.abs(norths[0] - norths[1]) < AS_STRAIGHT * other.deviation_deg).all())
     return alike and abs(math.log(one.deviation_deg / other.deviation_deg)) < math.log(AS_PRECISE)
 
 

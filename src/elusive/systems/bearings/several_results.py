@@ -120,6 +120,9 @@ def _table(tracked: SeveralTracked, parameters: BearingTracking) -> list[tuple[s
         rows.append(("Heard", f"an emitter with probability {heard:.2f}, {false:.2g} false bearings a sensor and time"))
         rows.append(("Tracker", f"{emitters.particles} particles, motion {parameters.moves}, "
                      f"{parameters.deviation_deg:g} degrees"))  # fmt: skip
+        if emitters.norths_deg:
+            off = [f"{name}: {by:.2g}" for name, by in zip(tracked.names, emitters.norths_deg, strict=True)]
+            rows.append(("Azimuths too large by", f"{', '.join(off)[:200]} degrees"))
     else:
         rows.append(("Estimator", f"{parameters.filter.kind}, motion {parameters.moves}, each by itself"))
     rows.append((f"Bearings within {EXPLAINED:g} deviations of a track", f"{100 * near.mean():.0f} %"))

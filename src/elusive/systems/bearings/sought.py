@@ -21,11 +21,10 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Cruise, UseElevations
 from elusive.systems.bearings.fitting import bias_of
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import whole_path
+from elusive.systems.bearings.powers import NORTHS, whole_path
 
 EVALUATIONS = 120  # of the evidence
 STEP = 0.3  # of logarithms, over which curvature is taken
-NORTHS = math.log(3.0)  # deviation of the logarithm of norths' deviation about that of a bearing, beforehand
 STAYS, MEMORIES = 10.0, math.log(5.0)  # intervals after which what wanders is forgotten, and of its logarithm
 
 
