@@ -15,6 +15,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.systems.radar.fit import bias_of, charted, fit_radar
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.run import track_radar_recording
+from elusive.systems.radar.triples import Triples
 from tests.charts.scenes import cell_path
 from tests.longer import longer
 
@@ -60,6 +61,18 @@ def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
 @pytest.mark.parametrize("seed", range(2, 20))
 def test_so_they_are_in_twenty_settings(seed):
     fitted_as_told(seed)
+
+
+def test_bearings_that_err_by_far_are_not_cut_off():
+    """At 5 km plots err by more than ships sail: of those that are near each other bearings seem half as wrong."""
+    rng = np.random.default_rng(11)
+    sensor, triples = some_radar(rng, range_sd_m=12.0, bearing_sd_mrad=28.0), Triples()
+    for scan in seen_by(sensor, rng, scans=150, interval_s=1.5):
+        triples.add(scan)
+    found = triples.fit()
+    assert found is not None
+    assert found.bearing_sd_rad == pytest.approx(0.028, rel=0.15)
+    assert found.range_sd_m == pytest.approx(12, rel=0.2)
 
 
 @pytest.mark.validate

@@ -18,7 +18,7 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
-from elusive.systems.radar.triples import OVERLAP, WIDEST_M, WIDEST_RAD, Triples, mixture
+from elusive.systems.radar.triples import OVERLAP, USUAL, Triples, mixture
 
 COARSE_S = np.arange(-2.0, 6.01, 0.5)  # delays that are tried first
 FINE_S = np.arange(-0.5, 0.51, 0.1)  # and about the best of them
@@ -108,7 +108,7 @@ class Headings:
         errors = np.concatenate(rows)[:, :2]
         if len(errors) < FEW:
             return -math.inf
-        limits = np.array([WIDEST_M, WIDEST_RAD])
+        limits = np.array(USUAL[:2])
         *_, density = mixture(errors, limits, limits / 4)
         return float(np.log(len(errors) * density).sum()) / OVERLAP
 

@@ -9,6 +9,7 @@ fitted by expectation and maximisation (Dempster, Laird and Rubin, 1977), tells 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +22,6 @@ from elusive.sensors.radar_view import RadarView
 from elusive.systems.radar.turned import Together, common_of
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
-WIDEST_M, WIDEST_RAD = 120.0, 0.04  # of an error
 MOST, COLUMNS = 40_000, 9  # triples that are kept, and what is known of each
 WINDOW = 6.0  # deviations in which the mixture is fitted
 ROUNDS = 60
@@ -32,6 +32,19 @@ SURE = 0.8  # probability from which a triple is a target's
 CROWDED = 3.0  # triples of a middle plot, on the mean
 AT_A_PLACE, LATER = 4.0, 20  # deviations within which plots are at one place, scans after which a target has left it
 MOST_PLACES = 4000  # that are looked at for that
+CUT, FAR = 0.25, 0.75  # deviation, of the widest error, from which some are cut off; quantile of ranges that are far
+SCANS, PLOTS = 300, 60  # scans that are looked at once more then, of so many plots at most
+
+
+class Widest(NamedTuple):
+    """How far plots may err to be looked for."""
+
+    range_m: float
+    bearing_rad: float
+    beside_rad: float  # beside ROOM_M, of a plot from the one before
+
+
+USUAL, POOR = Widest(120.0, 0.04, 0.0), Widest(400.0, 0.16, 0.16)  # radars; the latter make far more triples of nothing
 
 
 class PlotErrors(NamedTuple):
@@ -45,11 +58,20 @@ class PlotErrors(NamedTuple):
     rates_mps: Array  # (m, 3) of targets: how fast the range grows, Doppler of the middle plot, mean of the others'
     together: Together = Together()  # what bearings of a scan have in common
     crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
+    far_m: float = 0.0  # range of targets that lie far
 
     @property
     def told(self) -> tuple[float, float]:
         """Deviations of a range [m] and of a bearing [mrad], in as many digits as they are known to."""
         return float(f"{self.range_sd_m:.3g}"), float(f"{1000 * self.bearing_sd_rad:.3g}")
+
+    def cut_off(self, scans: Sequence[_Places]) -> bool:
+        """Whether plots err so far that triples as usual lack some."""
+        if self.range_sd_m > CUT * USUAL.range_m or self.bearing_sd_rad > CUT * USUAL.bearing_rad:
+            return True
+        times = [float(scan.times_s.mean()) for scan in scans if len(scan.times_s)]
+        room = ROOM_M + 0.5 * FASTEST_MPS * (float(np.median(np.diff(times))) if len(times) > 1 else 0.0)
+        return 3 * math.sqrt(2) * math.hypot(self.range_sd_m, self.bearing_sd_rad * self.far_m) > room
 
 
 class _Places(NamedTuple):
@@ -67,6 +89,7 @@ class Triples:
 
     def __init__(self) -> None:
         self._before: list[_Places] = []  # of the latest scans
+        self._first: list[_Places] = []
         self._rows: list[Array] = []
         self._count = self._scans = 0
 
@@ -74,11 +97,12 @@ class Triples:
         """Take a scan in, of the order of time."""
         places, radar = RadarView().places(scan)[0], np.array([scan.own.x_m, scan.own.y_m])
         self._before.append(_Places(places, scan.times_s, radar, scan.range_m, scan.doppler_mps))
+        self._first += self._before[-1:] if self._scans < SCANS else []
         self._scans += 1
         if len(self._before) == 3:
             if self._count < MOST and all(len(one.times_s) for one in self._before):
                 first, middle, last = self._before
-                rows = _differences(first, middle, last, self._scans)
+                rows = _differences(first, middle, last, self._scans, USUAL)
                 self._rows.append(rows)
                 self._count += len(rows)
             del self._before[0]
@@ -90,36 +114,54 @@ class Triples:
 
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
-        rows = self.rows
-        _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
-        # echoes close to each other make triples of several, which no uniform density describes
-        alone = _fitted(rows[candidates[which.ravel()] == 1]) if len(rows) else None
-        if alone is not None and alone.targets >= ENOUGH:
-            return alone
-        every = _fitted(rows)
-        return None if every is None else every._replace(crowded=len(rows) > CROWDED * len(candidates))
+        found = _of_rows(self.rows, USUAL)
+        if found is not None and not found.cut_off(self._first):
+            return found
+        widest = POOR
+        if found is not None and found.range_sd_m < CUT * USUAL.range_m:
+            widest = POOR._replace(range_m=WINDOW * found.range_sd_m)
+        rows, count = [np.zeros((0, COLUMNS))], 0
+        for number, three in enumerate(zip(self._first, self._first[1:], self._first[2:], strict=False), 3):
+            if count < MOST and all(0 < len(one.times_s) <= PLOTS for one in three):
+                rows.append(_differences(*three, number, widest))
+                count += len(rows[-1])
+        poor = _of_rows(np.concatenate(rows), widest)
+        return found if poor is None or poor.crowded else poor
 
 
-def _fitted(rows: Array) -> PlotErrors | None:
+def _of_rows(rows: Array, widest: Widest) -> PlotErrors | None:
+    """Return the errors that triples show, ``(n, 9)``."""
+    _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
+    # echoes close to each other make triples of several, which no uniform density describes
+    alone = _fitted(rows[candidates[which.ravel()] == 1], widest) if len(rows) else None
+    if alone is not None and alone.targets >= ENOUGH:
+        return alone
+    every = _fitted(rows, widest)
+    return None if every is None else every._replace(crowded=len(rows) > CROWDED * len(candidates))
+
+
+def _fitted(rows: Array, widest: Widest) -> PlotErrors | None:
     """Fit the mixture to triples, ``(n, 9)``; None where too few are of targets."""
     if len(rows) < FEW:
         return None
-    limits, sd = np.array([WIDEST_M, WIDEST_RAD]), np.array([WIDEST_M, WIDEST_RAD]) / 4
+    most = np.array(widest[:2])
+    limits, sd = most, most / 4
     for _ in range(4):  # the window closes in on what is found
         inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
         member, sd, _ = mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
-        limits = np.minimum(WINDOW * sd, [WIDEST_M, WIDEST_RAD])
+        limits = np.minimum(WINDOW * sd, most)
     inside_rows, total = rows[inside], float(member.sum())
     if total < FEW:
         return None
     sure = certain = inside_rows[member > SURE]
     rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
+    far_m = float(np.quantile(sure[:, 3], FAR)) if len(sure) else 0.0
     sure = sure[:: max(1, len(sure) // MOST_PLACES)]
     moving = _passing(sure[:, 2], sure[:, 4:6], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
     range_sd_m, bearing_sd_rad = sd.tolist()
     share_sd = math.sqrt(OVERLAP / (2 * total))
     common = common_of(certain[:, 2], certain[:, 1])
-    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates, common)
+    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates, common, far_m=far_m)
 
 
 def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
@@ -132,36 +174,36 @@ def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
     )
 
 
-def _differences(first: _Places, middle: _Places, last: _Places, number: int) -> Array:
+def _differences(first: _Places, middle: _Places, last: _Places, number: int, widest: Widest) -> Array:
     """Second differences along and across the line of sight, scan, range and place of the middle; rates."""
     places, times, radar, _, doppler = middle
     interval = float(times.mean() - first[1].mean())
     if not interval > 0:
         return np.zeros((0, COLUMNS))
-    near = cKDTree(first[0]).query_ball_point(places, FASTEST_MPS * interval + ROOM_M)
+    sight = np.hypot(*(places - radar).T)
+    near = cKDTree(first[0]).query_ball_point(places, FASTEST_MPS * interval + ROOM_M + widest.beside_rad * sight)
     i = np.repeat(np.arange(len(places)), [len(found) for found in near])
     a = np.array([one for found in near for one in found], dtype=np.int64)
     before = times[i] - first[1][a]
     i, a, before = i[before > 0], a[before > 0], before[before > 0]
     # where the third would be after the mean interval; its own time is counted below
     ahead = places[i] + (places[i] - first[0][a]) * (float(last[1].mean() - times.mean()) / before)[:, None]
-    reach = 2.5 * np.hypot(WIDEST_M, WIDEST_RAD * np.hypot(*(places[i] - radar).T))
+    reach = 2.5 * np.hypot(widest.range_m, widest.bearing_rad * sight[i])
     then = cKDTree(last[0]).query_ball_point(ahead, reach) if len(i) else []
     pair = np.repeat(np.arange(len(i)), [len(found) for found in then])
     c = np.array([one for found in then for one in found], dtype=np.int64)
     i, a, before = i[pair], a[pair], before[pair]
     rho = (last[1][c] - times[i]) / before
     off = last[0][c] - places[i] - rho[:, None] * (places[i] - first[0][a])
-    sight = places[i] - radar
-    distance = np.maximum(np.hypot(*sight.T), 1e-9)
-    along = sight / distance[:, None]
+    distance = np.maximum(sight[i], 1e-9)
+    along = (places[i] - radar) / distance[:, None]
     scale = np.sqrt(1 + (1 + rho) ** 2 + rho**2)
     dr = (off * along).sum(axis=1) / scale
     db = (off[:, 0] * along[:, 1] - off[:, 1] * along[:, 0]) / (scale * distance)
     rate = (last.range_m[c] - first.range_m[a]) / (last.times_s[c] - first.times_s[a])
     others = (first.doppler_mps[a] + last.doppler_mps[c]) / 2
     rows = np.column_stack([dr, db, np.full(len(i), number), distance, places[i], rate, doppler[i], others])
-    return np.asarray(rows[(np.abs(dr) < WIDEST_M) & (np.abs(db) < WIDEST_RAD) & (rho > 0)])
+    return np.asarray(rows[(np.abs(dr) < widest.range_m) & (np.abs(db) < widest.bearing_rad) & (rho > 0)])
 
 
 def mixture(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array, Array]:
