@@ -198,7 +198,7 @@ class RadarRun:
             self._added(rows, "map_left_out") > 0, rows["covariance"][:, 0, 1],
             None if self._around.water is None else self._added(rows, "allowed"), rows["existence"],
             np.column_stack([self._added(rows, name) for name in ("length_m", "sd_length_m")])
-            if isinstance(self._sensor, HullRadar) else None,
+            if isinstance(self._sensor, HullRadar) else None, self._added(rows, "moves"),
         )  # fmt: skip
 
     def _charted(self, tracked: RadarTracked) -> RadarTracked:

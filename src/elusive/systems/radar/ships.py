@@ -34,6 +34,7 @@ ADDED = (
     "sd_length_m",
     "breadth_m",
     "mmsi",
+    "moves",
 )
 
 

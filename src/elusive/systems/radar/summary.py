@@ -61,7 +61,8 @@ def contradicts(on_water: Array) -> NDArray[np.bool_]:
 
 def header(clock: Clock, scored: bool, *, hulls: bool = False) -> tuple[str, ...]:
     """Return the names of the columns of :func:`line_of`."""
-    names = ("Track", *clock.heads("Since", "Sure", "Until"), "Speed [m/s]", "Course [deg]", "SD [m]", "No map [scans]")
+    names = ("Track", *clock.heads("Since", "Sure", "Until"), "Speed [m/s]", "Course [deg]", "Moves", "SD [m]")
+    names = (*names, "No map [scans]")
     return (*names, *(("Hull [m]",) if hulls else ()), *(("RMSE [m]",) if scored else ()))
 
 
@@ -76,6 +77,7 @@ def line_of(path: RadarPath, ended: bool, truth: Truth | None, clock: Clock) -> 
         clock.bare(path.times_s[-1]) if ended else "the end",
         f"{np.hypot(*path.velocity[alive].T).mean():.1f}",
         f"{math.degrees(math.atan2(vx, vy)) % 360:.0f}",
+        "-" if path.moves is None else f"{path.moves[alive].mean():.2f}",
         f"{np.median(path.spread[alive]):.1f}",
         f"{int(path.forbidden.sum())}",
     )
@@ -101,13 +103,13 @@ def verdict(paths: Sequence[RadarPath]) -> str:
     if len(paths) > 1:
         _, together = np.unique(np.concatenate([path.times_s[path.confirmed] for path in paths]), return_counts=True)
         most = "one ship" if together.max() == 1 else f"{together.max()} ships"
-        return f"At most {most} at a time, in {len(paths)} tracks."
+        rest = sum(path.rests for path in paths)
+        at_rest = f", of which {rest} never moved over ground, more likely than not" if rest else ""
+        return f"At most {most} at a time, in {len(paths)} tracks{at_rest}."
     (path,) = paths
     clock = Clock.of(path.times_s)
-    speed = np.hypot(*path.velocity.T).mean()
-    return (
-        f"One ship was found, from {clock.say(path.times_s[0])} to {clock.say(path.times_s[-1])}, at {speed:.1f} m/s."
-    )
+    speed = "at rest" if path.rests else f"at {np.hypot(*path.velocity.T).mean():.1f} m/s"
+    return f"One ship was found, from {clock.say(path.times_s[0])} to {clock.say(path.times_s[-1])}, {speed}."
 
 
 def remarks(path: RadarPath, anchored: Array, on_water: Array) -> list[str]:

@@ -15,6 +15,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
 from elusive.systems.radar.lives import aged, as_lived
+from elusive.systems.radar.moving import ways_after
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
 from elusive.tracking.detections import DetectionTracker
@@ -63,13 +64,17 @@ def track_radar(
     memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state, rng, mode_rng, ages = memory.held or (tracker.init(rng), rng, mode_rng, {})
+    state, rng, mode_rng, ages, ways = memory.held or (tracker.init(rng), rng, mode_rng, {}, {})
     for scan in scans:
         before = state if ais is None else ais.before(scan, state, tracker, rng)
         state = tracker.step(before, scan.time_s, scan, rng)
         ships = ships_of(before, state)
         tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
         if isinstance(tracker.sensor, RadarSensor):
+            ways = ways_after(ways, ships, scan, tracker.sensor, tracker.speed_sd_mps)
+            tracks = tuple(
+                one._replace(extra={**one.extra, "moves": float(ways[one.track].moves[0])}) for one in tracks
+            )
             ages = aged(ages, state.targets, scan, tracker.sensor)
             tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or ())
         if ais is not None:
@@ -79,5 +84,5 @@ def track_radar(
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
         if learn is not None:
             tracker, parameters = learn(step)
-        memory.keep(scan.time_s, state, rng, mode_rng, ages)
+        memory.keep(scan.time_s, state, rng, mode_rng, ages, ways)
         yield step

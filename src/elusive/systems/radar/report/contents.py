@@ -46,6 +46,12 @@ class RadarPath(NamedTuple):
     allowed: Array | None = None  # (k,) P(the map allows the target | measurements); None: no map was used
     existence: Array | None = None  # (k,) posterior probability that it is a ship
     length: Array | None = None  # (k, 2) of its hull and deviation [m]; None: a point
+    moves: Array | None = None  # (k,) posterior probability that it moves over ground; None: not asked
+
+    @property
+    def rests(self) -> bool:
+        """Whether it never moved, more likely than not, while it was confirmed."""
+        return self.moves is not None and bool((self.moves[self.confirmed] < 0.5).all())
 
     @property
     def spread(self) -> Array:

@@ -1,0 +1,151 @@
+"""Whether tracks move over ground: at rest, with a steady velocity, or as the tracker lets them, by their plots.
+
+Interacting multiple models (Blom and Bar-Shalom, 1988, IEEE Trans. Autom. Control 33(8), 780-783): two Kalman filters
+beside the tracker's own belief, which is the third model. What is at rest jitters where plots err, by metres a second
+where the motion allows it; its velocity alone does not tell. At a track's beginning the odds of rest are the density of
+no velocity, known by then to before (Dickey, 1971, Ann. Math. Stat. 42(1), 204-223).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from elusive.contracts import VX, VY, Array, X, Y
+from elusive.filters.particle import _kernels
+from elusive.motion import ConstantVelocity
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
+from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.ships import Ship
+
+PRIOR = np.array([0.5, 0.25, 0.25])  # of rest, a steady velocity, the tracker's motion
+CHANGES_PER_S = np.array([1 / 3600, 1 / 300])  # of what rests, or goes steadily, to moving as the tracker lets it
+SETTLES_PER_S = np.array([1 / 3600, 1 / 60])  # and of that to each
+WANDERS, STEADY_Q = 0.01, 0.0005  # of what rests [m^2 / s]; of a steady velocity [m^2 / s^3]
+ODD = 0.02  # of the tracker's density of a plot: what is less likely yet is another's plot
+TINY, LEAST = 1e-300, 1e-9
+PLACE, VELOCITY = [X, Y], [VX, VY]
+
+
+class Ways(NamedTuple):
+    """How n tracks may move."""
+
+    share: Array  # (n, 3) probabilities of rest, a steady velocity, the tracker's motion
+    mean: Array  # (n, 2, 4) x, vx, y, vy of the first two
+    covariance: Array  # (n, 2, 4, 4)
+
+    @property
+    def moves(self) -> Array:
+        """Probability that each moves, ``(n,)``."""
+        return np.asarray(1 - self.share[:, 0])
+
+    @classmethod
+    def of(cls, mean: Array, covariance: Array, speed_sd_mps: float) -> Ways:
+        """Return those of tracks that begin.
+
+        Parameters
+        ----------
+        mean, covariance
+            Of their states, ``(n, 4), (n, 4, 4)``.
+        speed_sd_mps
+            Of velocities beforehand, on each axis.
+        """
+        velocity, known = mean[:, VELOCITY], covariance[:, [[VX], [VY]], VELOCITY]
+        odds = _densities(velocity, known) * 2 * math.pi * speed_sd_mps**2
+        share = PRIOR * np.stack([odds, np.ones(len(mean)), np.ones(len(mean))], axis=1)
+        gain = np.linalg.solve(known + LEAST * np.eye(2), covariance[:, VELOCITY]).transpose(0, 2, 1)
+        at_rest = mean - (gain @ velocity[..., None])[..., 0], covariance - gain @ covariance[:, VELOCITY]
+        both = np.stack([at_rest[0], mean], axis=1), np.stack([at_rest[1], covariance], axis=1)
+        return cls(share / share.sum(axis=1, keepdims=True), *both)
+
+    def put(self, rows: Sequence[int], others: Ways) -> None:
+        """Replace what is known of some."""
+        for part, other in zip(self, others, strict=True):
+            part[rows] = other
+
+    def predicted(self, mean: Array, covariance: Array, interval_s: float) -> Ways:
+        """Move over an interval, before which the tracker knew the tracks with means and covariances."""
+        leaves, settles = -np.expm1(-interval_s * CHANGES_PER_S), -np.expm1(-interval_s * SETTLES_PER_S)
+        stay, come = self.share[:, :2] * (1 - leaves), self.share[:, 2:] * settles
+        on = self.share[:, 2] * (1 - settles.sum()) + self.share[:, :2] @ leaves
+        settled, spread = np.stack([mean, mean], axis=1), np.stack([covariance, covariance], axis=1)
+        settled[:, 0, VELOCITY] = spread[:, 0, VELOCITY] = spread[:, 0, :, VELOCITY] = 0.0
+        fresh = (come / np.maximum(stay + come, TINY))[..., None]
+        off = settled - self.mean
+        together = self.mean + fresh * off
+        spread = self.covariance + fresh[..., None] * (spread - self.covariance)
+        spread += (fresh * (1 - fresh))[..., None] * off[..., None] * off[..., None, :]
+        steady = ConstantVelocity(q=STEADY_Q)
+        F, noise = steady.F(interval_s), np.stack([np.zeros((4, 4)), steady.Q(interval_s)])
+        noise[0, PLACE, PLACE] = WANDERS * interval_s
+        return Ways(np.column_stack([stay + come, on]), together @ F.T, F @ spread @ F.T + noise)
+
+    def seen(self, mean: Array, covariance: Array, place: Array, error: Array, later_s: Array) -> Ways:
+        """Take plots in.
+
+        Parameters
+        ----------
+        mean, covariance
+            With which the tracker expected the tracks, ``(n, 4), (n, 4, 4)``.
+        place, error
+            Of a plot of each [m], ``(n, 2)``, and how far it errs [m^2], ``(n, 2, 2)``.
+        later_s
+            Than the scan, each plot is, ``(n,)``.
+        """
+        H = np.zeros((len(mean), 1, 2, 4))
+        H[..., [0, 1], PLACE], H[..., [0, 1], VELOCITY] = 1.0, later_s[:, None, None]
+        means = np.concatenate([self.mean, mean[:, None]], axis=1)
+        spreads = np.concatenate([self.covariance, covariance[:, None]], axis=1)
+        off = place[:, None] - (H @ means[..., None])[..., 0]
+        wide = H @ spreads @ H.transpose(0, 1, 3, 2) + error[:, None]
+        density = _densities(off, wide)
+        odd = density <= ODD * density[:, 2:]
+        share = self.share * np.maximum(density, ODD * density[:, 2:])
+        total = share.sum(axis=1, keepdims=True)
+        gain = np.linalg.solve(wide, H @ spreads).transpose(0, 1, 3, 2) * ~odd[..., None, None]
+        means += (gain @ off[..., None])[..., 0]
+        spreads -= gain @ H @ spreads
+        return Ways(np.where(total > 0, share / np.maximum(total, TINY), self.share), means[:, :2], spreads[:, :2])
+
+
+def _densities(off: Array, covariance: Array) -> Array:
+    """Gaussian densities of ``(..., 2)``, with covariances ``(..., 2, 2)``."""
+    covariance = covariance + LEAST * np.eye(2)  # particles may agree
+    square = (off * np.linalg.solve(covariance, off[..., None])[..., 0]).sum(axis=-1)
+    return np.asarray(np.exp(-0.5 * square) / (2 * math.pi * np.sqrt(np.linalg.det(covariance))))
+
+
+def ways_after(
+    before: Mapping[int, Ways], ships: Sequence[Ship], scan: RadarScan, sensor: RadarSensor, speed_sd_mps: float
+) -> dict[int, Ways]:
+    """Return how tracks may move after a scan, each by its number, as far as it was known before."""
+    if not ships:
+        return {}
+    numbers = [ship.target.life.track or 0 for ship in ships]
+    found = Ways.of(*_states((ship.target.mean, ship.target.covariance) for ship in ships), speed_sd_mps)
+    known = [k for k, ship in enumerate(ships) if ship.before is not None and numbers[k] in before]
+    if known:
+        held = Ways(*(np.concatenate(part) for part in zip(*(before[numbers[k]] for k in known), strict=True)))
+        old = _states((one.mean, one.covariance) for k in known if (one := ships[k].before))
+        found.put(known, held.predicted(*old, ships[0].interval_s))
+    with_plot = [k for k in known if ships[k].target.detection >= 0]
+    if with_plot:
+        targets = [ships[k].target for k in with_plot]
+        expected = _states(_kernels.moments(target.particles, target.predicted) for target in targets)
+        plots = scan.select_detections(np.array([target.detection for target in targets]))
+        places, errors = sensor.places(plots)
+        if isinstance(sensor, HullRadar):
+            errors = errors + sensor.room(np.array([target.mean for target in targets]))
+        held = Ways(*(part[with_plot] for part in found))
+        found.put(with_plot, held.seen(*expected, places, errors, plots.times_s - scan.time_s))
+    return {number: Ways(*(part[[k]] for part in found)) for k, number in enumerate(numbers)}
+
+
+def _states(moments: Iterable[tuple[Array, Array]]) -> tuple[Array, Array]:
+    """Return means and covariances of places and velocities, ``(n, 4), (n, 4, 4)``."""
+    each = [(mean[:4], covariance[:4, :4]) for mean, covariance in moments]
+    return np.array([mean for mean, _ in each]).reshape(-1, 4), np.array([wide for _, wide in each]).reshape(-1, 4, 4)

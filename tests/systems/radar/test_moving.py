@@ -1,0 +1,90 @@
+"""Tests of whether tracks move over ground."""
+
+import math
+
+import numpy as np
+import pytest
+
+from elusive.motion import ConstantVelocity
+from elusive.sensors.radar import RadarSensor
+from elusive.systems.radar.moving import STEADY_Q, WANDERS, Ways
+from elusive.systems.radar.parameters import RadarTracking, UnderWay
+from elusive.systems.radar.track import track_radar
+
+SPEED, SD, INTERVAL_S, SCANS = 1.0, 10.0, 2.0, 15
+PLACES, H = [0, 2], np.eye(4)[[0, 2]]
+
+
+def drawn(kinds: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Draw ways at rest, of a steady velocity and of the tracker's motion, as the three models have them."""
+    states = np.array([0.0, 1.0, 0.0, 1.0]) * rng.normal(0, SPEED, (len(kinds), 4)) * (kinds > 0)[:, None]
+    ways = [states]
+    for _ in range(SCANS):
+        steady, free = (
+            motion.propagate(states, INTERVAL_S, rng) for motion in (ConstantVelocity(q=STEADY_Q), UnderWay())
+        )
+        rest = states + np.array([1.0, 0.0, 1.0, 0.0]) * rng.normal(0, math.sqrt(WANDERS * INTERVAL_S), states.shape)
+        states = np.choose(kinds[:, None], [rest, steady, free])
+        ways.append(states)
+    return np.array(ways)
+
+
+def followed(ways: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return P(moves) after plots of ways ``(scans, n, 4)``, the tracker being a Kalman filter."""
+    motion, error = UnderWay(), np.broadcast_to(SD**2 * np.eye(2), (ways.shape[1], 2, 2))
+    F, Q, at_once = motion.F(INTERVAL_S), motion.Q(INTERVAL_S), np.zeros(ways.shape[1])
+    plots = ways[..., PLACES] + rng.normal(0, SD, (*ways.shape[:2], 2))
+    mean = np.insert(plots[0], [1, 2], 0.0, axis=1)
+    covariance = np.tile(np.diag([SD, SPEED, SD, SPEED]) ** 2.0, (len(mean), 1, 1))
+    told = Ways.of(mean, covariance, SPEED)
+    assert told.moves == pytest.approx(0.5)  # one plot tells no velocity
+    for plot in plots[1:]:
+        told = told.predicted(mean, covariance, INTERVAL_S)
+        mean, covariance = mean @ F.T, F @ covariance @ F.T + Q
+        told = told.seen(mean, covariance, plot, error, at_once)
+        gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + error)
+        mean = mean + (gain @ (plot - mean @ H.T)[..., None])[..., 0]
+        covariance = covariance - gain @ H @ covariance
+    return told.moves
+
+
+def test_what_is_told_with_a_probability_moves_as_often() -> None:
+    rng = np.random.default_rng(5)
+    kinds = rng.choice(3, 4000, p=[0.5, 0.25, 0.25])
+    told = followed(drawn(kinds, rng), rng)
+    for low, high in ((0, 0.2), (0.2, 0.8), (0.8, 1)):
+        which = (told >= low) & (told <= high)
+        sd = math.sqrt(float((told[which] * (1 - told[which])).sum()))
+        assert which.sum() > 300
+        assert abs((kinds[which] > 0).sum() - told[which].sum()) < 3.5 * sd
+
+
+def test_a_buoy_rests_a_slow_ship_moves_and_one_that_anchors_comes_to_rest() -> None:
+    """Tracks of a radar that errs by 10 m: all have velocities of metres a second at first."""
+    times = np.arange(0.0, 240.0, 2.0)
+    slow = np.stack([2000 + 0.8 * times, np.full_like(times, 0.8), np.full_like(times, 1000.0), 0 * times], axis=1)
+    buoy = np.tile([-2000.0, 0.0, 500.0, 0.0], (len(times), 1))
+    anchors = np.tile([0.0, 5.0, -2500.0, 0.0], (len(times), 1))
+    anchors[:, 0] = 5 * np.minimum(times, 80.0)
+    anchors[times >= 80, 1] = 0.0
+    sensor = RadarSensor(
+        bearing_sd_mrad=3, detection_probability=0.9, false_alarms=1, max_range_m=6000, max_doppler_mps=30
+    )
+    rng = np.random.default_rng(3)
+    scans = (
+        sensor.simulate(np.array(states), rng, time_s=time_s)
+        for time_s, *states in zip(times, slow, buoy, anchors, strict=True)
+    )
+    parameters = RadarTracking(particles=500)
+    found = {10.0: {}, 70.0: {}, 238.0: {}}
+    for step in track_radar(scans, parameters.bind(sensor, None), parameters):
+        if step.time_s in found:
+            for track in step.tracks:
+                x, y = track.mean[PLACES]
+                name = "buoy" if x < -1000 else "anchors" if y < -1000 else "slow"
+                found[step.time_s][name] = track.extra["moves"]
+    assert found[70.0]["buoy"] < 0.01 > found[238.0]["buoy"]
+    assert found[70.0]["anchors"] > 0.99
+    assert found[238.0]["anchors"] < 0.1
+    assert found[238.0]["slow"] > 0.99
+    assert 0.1 < found[10.0]["slow"] < 0.9
