@@ -75,18 +75,18 @@ def test_peaks_explain_and_update_targets_as_in_the_twin() -> None:
     places, spread = rng.normal(50, 2, (6, 2)), rng.uniform(0.1, 0.5, 6)
     level, levels = rng.normal(size=4), rng.normal(size=6)
     polarity, bright = np.array([True, False, True, True]), rng.random(6) < 0.6
-    clutter = rng.normal(-6, 1, 6)
+    clutter, changes = rng.normal(-6, 1, 6), rng.uniform(0.2, 0.6, 4)
     pairs = explain(
         place, velocity, variance, weight, level, polarity, MOTIONS.table, 0.2, places,
         np.argsort(places[:, 0]), spread, levels, bright,
-        clutter, 0.4, 0.9,
+        clutter, changes, 0.9,
     )  # fmt: skip
     made = {}
     for i in range(4):
         for j in range(6):
             if polarity[i] != bright[j]:
                 continue
-            alike = stats.t.pdf(levels[j], 3, loc=level[i], scale=0.4)
+            alike = stats.t.pdf(levels[j], 3, loc=level[i], scale=changes[i])
             found = [
                 reference.ratio(
                     place[i, k], velocity[i, k], variance[i, k], MOTIONS.table[k], 0.2, places[j], spread[j]
@@ -230,6 +230,19 @@ def test_what_crosses_the_frame_in_a_few_frames_is_followed_among_what_is_as_str
         last = recorded(rng, path, resting(rng)[:10])[-1]
         found += any(t.existence > 0.9 and np.hypot(*(t.mean[[1, 3]] - velocity)) < 1 for t in last.tracks)
     assert found >= 14  # .875 of forty, less 2.4 deviations; none without a fast motion
+
+
+@pytest.mark.parametrize("strength", [4.0, 40.0])
+def test_a_contrast_may_change_by_its_noise_and_by_what_recordings_show(strength: float) -> None:
+    tracker, place, still = SceneTracker(), np.full((1, 2), 60.0), np.zeros(2)
+    belief = tracker.begin()
+    for k in range(3):
+        before, peaks = belief, peaks_of(k, place, np.array([strength]), still, still)
+        belief = tracker.follow(belief, float(k), peaks, SHAPE, 1.0)
+    other = tracker.follow(before, 2.0, peaks._replace(contrast=peaks.contrast * np.exp(0.6)), SHAPE, 1.0)
+    law = stats.t(3, scale=np.hypot(tracker.level_spread, 1 / strength))
+    lost = belief.targets.evidence - other.targets.evidence
+    np.testing.assert_allclose(lost, law.logpdf(0.0) - law.logpdf(0.6), rtol=0.01)
 
 
 def test_where_nothing_moves_nothing_is_shown() -> None:

@@ -51,7 +51,7 @@ def explain(
     levels: Array,
     bright: NDArray[np.bool_],
     log_clutter: Array,
-    level_spread: float,
+    level_spread: Array,
     detected: float,
 ) -> Pairs:
     """Likelihood ratio of each peak in reach of each target against clutter, by motion.
@@ -68,7 +68,7 @@ def explain(
     ratio, rough = np.empty(len(motion)), np.empty(len(motion))
     across, along, widths, looks = places[by_x, 0], places[by_x, 1], spread[by_x], bright[by_x]
     widest = widths.max() if len(widths) else 0.0
-    rarity = detected / (STUDENT * level_spread) * np.exp(-log_clutter[by_x])
+    rarity = detected / STUDENT * np.exp(-log_clutter[by_x])
     inside = np.empty(len(places), np.int64)
     # of each motion of a target: its place, variance of a peak's without its own, what is uneven of the way, reach
     x, y, sure, more, reach = np.empty(kinds), np.empty(kinds), np.empty(kinds), np.empty(kinds), np.empty(kinds)
@@ -113,9 +113,9 @@ def explain(
                 motion = np.concatenate((motion, motion))
                 ratio, rough = np.concatenate((ratio, ratio)), np.concatenate((rough, rough))
             target[pairs], peak[pairs], begins[pairs] = i, by_x[at], entries
-            change = (levels[by_x[at]] - level[i]) / level_spread
+            change = (levels[by_x[at]] - level[i]) / level_spread[i]
             tails = 1 + change * change / HEAVY
-            factor = rarity[at] / (tails * tails)
+            factor = rarity[at] / (level_spread[i] * tails * tails)
             total = 0.0
             for k in met[:count]:
                 own, part = sure[k] + widths[at], 0.0

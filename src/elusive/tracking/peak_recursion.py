@@ -56,7 +56,9 @@ class PeakRecursion(Model):
     death: Probability = Field(0.005, description="Probability that a visible target has gone a frame later")
     lost: Probability = Field(0.2, description="Probability that a hidden target has gone a frame later")
     appear: Positive = Field(1e-6, description="New targets a frame, against which clutter stands [1 / px^2]")
-    level_spread: Positive = Field(0.22, description="Deviation of the logarithm of a target's contrast, relative")
+    level_spread: Positive = Field(
+        0.22, description="Deviation of the logarithm of a target's contrast, relative, beside that of its noise"
+    )
     tail: Positive = Field(4.0, description="Peaks of a strength fall with its power, this one")
     nearby: Positive = Field(0.12, description="Radius of a peak's neighbourhood, share of the frame's root area")
     place_px: Positive = Field(0.3, description="Deviation of a peak's place, at least [px]")
@@ -97,11 +99,13 @@ class PeakRecursion(Model):
         """Update targets, and return what part of each peak none of them claims."""
         count, heard = len(targets.number), len(clutter.places)
         motions = self.motions
+        # a weak target's contrast changes by its noise, too
+        change = np.hypot(self.level_spread, 1 / np.maximum(targets.strength, 1.0))
         pairs = explain(
             targets.place, targets.velocity, targets.variance, targets.weight, targets.level, targets.bright,
             motions.table, motions.uneven_share, clutter.places, np.argsort(clutter.places[:, 0]), clutter.variance,
             clutter.level, peaks.bright[: self.most_peaks], clutter.log_density + math.log(self.tail),
-            self.level_spread, self.detected,
+            change, self.detected,
         )  # fmt: skip
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
