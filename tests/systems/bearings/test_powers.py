@@ -11,8 +11,10 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import BearingSensors
+from elusive.systems.bearings.live_fit import FIRST
+from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import FIRST, LivePowers, powers_found
+from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.run import checked
 from elusive.systems.bearings.track import track, track_labelled
 from elusive.tracking.memory import Memory
@@ -90,13 +92,14 @@ def test_each_labelled_emitter_moves_in_its_own_way():
 
 def test_live_it_is_learnt_never_below_the_usual_and_kept_over_a_restart():
     for q, least in ((0.01, 1.0), (50.0, 20.0)):
-        powers, due = LivePowers(ONE, SITES), []
-        for number, one in enumerate(flown(7, q, 250)[1], 1):
-            before = powers.parameters
-            if powers.heed(one):
+        heard = flown(7, q, 250)[1]
+        fit, due = OneFit(ONE, SITES, heard[0]), []
+        for number, one in enumerate(heard, 1):
+            before = fit.parameters, fit.norths
+            if fit.heed({1: one}):
                 due.append(number)
-                assert powers.parameters != before
-        assert powers.parameters.motion.q >= least
+                assert (fit.parameters, fit.norths) != before
+        assert fit.parameters.motion.q >= least
         assert set(due) <= {FIRST, 2 * FIRST, 4 * FIRST, 8 * FIRST, 16 * FIRST}
     heard, flying = flown(8, 50.0, 90)[1], ONE.by("fixed-lag")
     whole = [step.tracks for step in track(heard, flying, SITES, live=True)]

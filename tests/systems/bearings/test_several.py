@@ -16,14 +16,13 @@ from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.crowded_bearings import CrowdedBearings
-from elusive.systems.bearings import several_fit
-from elusive.systems.bearings.heard import righted
-from elusive.systems.bearings.norths import several_norths_finding
+from elusive.systems.bearings.found_norths import exact, norths_found, norths_of
+from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.settled import scattered
 from elusive.systems.bearings.several import crowding_of, decided, tracker_of
 from elusive.systems.bearings.several_checks import astray_finding
 from elusive.systems.bearings.several_fit import CAUTION, TURNING, fitted
-from elusive.systems.bearings.several_norths import norths_found
 from elusive.systems.bearings.track import track
 from elusive.tracking.detections import ManyScans
 from elusive.tracking.track import Step, Track
@@ -112,8 +111,8 @@ def test_bearings_that_point_away_from_their_path_tell_no_deviation_that_may_not
     _, sets = crowd(1, 1, times=24, sigma_deg=1.0, false=0.0)
     turned = [one._replace(azimuth_rad=one.azimuth_rad + math.pi) for one in sets]
     told = BearingTracking(emitters=HEARD, sigma_deg=sigma_deg)
-    scattered = several_fit._scattered(told, SITES, [turned])
-    assert sigma_deg < told.replace(sigma_deg=scattered).sigma_deg <= BearingTracking.most_sigma_deg
+    deviation_deg = scattered(told, SITES, [turned])
+    assert sigma_deg < told.replace(sigma_deg=deviation_deg).sigma_deg <= BearingTracking.most_sigma_deg
 
 
 def test_norths_are_found_from_several_paths_together():
@@ -123,15 +122,17 @@ def test_norths_are_found_from_several_paths_together():
     for seed, sd_deg in zip(range(40, 46), (2.0, 2.0, 2.0, 0.0, 0.0, 0.0), strict=True):
         truth, rng = crowd(seed, 2, times=30)[0], np.random.default_rng(seed)
         true = sd_deg * rng.standard_normal(4)
+        off = exact(SITES)._replace(off_deg=tuple(true))
         alone = [
-            [righted(one, -true) for one in BearingSensors(positions_m=PLACES).simulate(path, times, rng)]
+            [off.as_heard(one) for one in BearingSensors(positions_m=PLACES).simulate(path, times, rng)]
             for path in truth.swapaxes(0, 1)
         ]
-        told = norths_found(asked, SITES, alone).emitters
-        assert max(told.norths_sd_deg) < 1.0
-        squares += (((np.array(told.norths_deg) - true) / told.norths_sd_deg) ** 2).tolist()
-    # of norths that are right the size tried is the least, and they are nearly told
-    assert np.mean(squares) < 1 + 4 * math.sqrt(2 / len(squares))
+        told = norths_found(asked, SITES, alone)
+        assert np.median(told.sd_deg) < 0.6
+        wrong = np.array(told.off_deg) - true
+        squares.append(wrong @ np.linalg.solve(told.spread_deg2, wrong))
+    # chi-square of four; less where they are right, as nobody knows that
+    assert np.mean(squares) < 4 + 4 * math.sqrt(8 / len(squares))
 
 
 def test_norths_that_were_found_repeat_a_run():
@@ -142,7 +143,7 @@ def test_norths_that_were_found_repeat_a_run():
     assert np.rad2deg(sets[0].azimuth_rad - came.azimuth_rad) == pytest.approx(
         np.array([2.5, 0.0, -1.0, 0.0])[came.sensor]
     )
-    finding = several_norths_finding(told, SITES)
+    finding = learnt_norths_finding(norths_of(told, SITES), told, SITES)
     assert not finding.holds
     assert "sensor sw are 2.5 degrees too large" in finding.sentence
     with pytest.raises(ParameterError, match="norths_deg: has 1 numbers for 4 sensors"):
@@ -153,8 +154,9 @@ def test_norths_that_were_found_repeat_a_run():
 @pytest.mark.parametrize("seed", [11, 13, 14])
 def test_emitters_are_found_where_norths_are_off(seed):
     truth, sets = crowd(seed, 3)
-    off_deg = 2.0 * np.random.default_rng([5, seed]).normal(size=4)
-    result = found(list(track([righted(one, -off_deg) for one in sets], FOUND_OUT, SITES)), truth)
+    off_deg = tuple((2.0 * np.random.default_rng([5, seed]).normal(size=4)).tolist())
+    off = exact(SITES)._replace(off_deg=off_deg)
+    result = found(list(track([off.as_heard(one) for one in sets], FOUND_OUT, SITES)), truth)
     assert result.share >= 0.95
     assert result.ghosts <= 0.1
 

@@ -179,11 +179,11 @@ class SeveralEmitters(Model):
     )
     norths_deg: tuple[float, ...] | None = Field(
         None,
-        description="What azimuths of each sensor are too large by [deg]; none: found, live 0",
+        description="What azimuths of each sensor are too large by [deg]; none: found",
         json_schema_extra=FROM_RECORDING,
     )
-    norths_sd_deg: tuple[NonNegative, ...] | None = Field(
-        None, description="Deviations of these [deg]; none: found, live 0", json_schema_extra=FROM_RECORDING
+    norths_spread_deg2: tuple[tuple[float, ...], ...] | None = Field(
+        None, description="Covariance of these [deg^2]; none: found, or 0", json_schema_extra=FROM_RECORDING
     )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")

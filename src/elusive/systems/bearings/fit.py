@@ -16,6 +16,7 @@ from elusive.errors import DataError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import BatchMap, Cruise, Estimation, OneEmitter, UseElevations
+from elusive.systems.bearings.emitter import whole_steps
 from elusive.systems.bearings.faults import TWENTY_TO_ONE
 from elusive.systems.bearings.fitting import bias_of
 from elusive.systems.bearings.heard import have_elevations
@@ -23,7 +24,6 @@ from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import ROUGHLY
 from elusive.systems.bearings.sought import FIRST, SETTINGS, Found, most_evidence
-from elusive.systems.bearings.track import track
 
 TIMES, FEWEST, WORK = 400, 100, 3.5e5  # of the recording's middle; as many times the cube of a state as are tried
 BY_CHANCE = 2.0  # deviations of a correlation that is none
@@ -98,7 +98,7 @@ class _Search:
     def scale(self, parameters: BearingTracking) -> Scale:
         """Compare what bearings leave beside their path with what is expected."""
         assert isinstance(parameters.filter, Estimation)
-        steps = list(track(self._part, parameters, self._sites))
+        steps = whole_steps(self._part, parameters, self._sites)
         sensor = parameters.sensor_of(self._sites, BearingSet, self._solid)
         return scale_of(leftovers(steps, sensor, parameters.filter))
 

@@ -13,9 +13,9 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.choices import Estimation, OneEmitter
+from elusive.systems.bearings.emitter import whole_steps
 from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
 BETTER = 3.0  # times by which another reading must fit better, or lie far less often
@@ -36,7 +36,7 @@ def tried_with(parameters: BearingTracking, *, biased: bool = True) -> BearingTr
 def path_of(heard: Sequence[object], asked: BearingTracking, sites: SensorSites) -> list[Step] | None:
     """Track one emitter; None where that cannot be done."""
     try:
-        steps = list(track(heard, asked, sites))  # type: ignore[arg-type]
+        steps = whole_steps(heard, asked, sites)  # type: ignore[arg-type]
     except ElusiveError:
         return None
     return steps if math.isfinite(evidence_of(steps)) and all(step.tracks for step in steps) else None
@@ -64,7 +64,7 @@ def tracked(
     asked = tried_with(parameters)
     assert isinstance(asked.filter, Estimation)
     try:
-        steps = list(track(heard, asked, sites))  # type: ignore[arg-type]
+        steps = whole_steps(heard, asked, sites)  # type: ignore[arg-type]
     except ElusiveError:
         return [], None
     sensor = asked.sensor_of(sites, BearingSet, "z" in steps[0].state.state_names)

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
@@ -61,11 +61,3 @@ def sensors_of(measurement: PlaceSet) -> NDArray[np.intp]:
 def have_elevations(heard: Iterable[PlaceSet]) -> bool:
     """Say whether any bearing has an elevation."""
     return any(np.isfinite(angles_of(measurement).elevation_rad).any() for measurement in heard)
-
-
-def righted(measurement: BearingSet, norths_deg: ArrayLike | None) -> BearingSet:
-    """Return bearings as they were if norths were right, which are off by so much, sensor by sensor."""
-    if norths_deg is None or not np.size(norths_deg):
-        return measurement
-    by = np.deg2rad(norths_deg)[measurement.sensor]
-    return measurement._replace(azimuth_rad=measurement.azimuth_rad - by)

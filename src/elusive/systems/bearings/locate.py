@@ -20,13 +20,14 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Arrivals, BatchMap, Cruise
+from elusive.systems.bearings.emitter import Emitter
 from elusive.systems.bearings.given import units_finding
 from elusive.systems.bearings.heard import bearings_of, sensors_of, starts_of
 from elusive.systems.bearings.locate_checks import place_findings
 from elusive.systems.bearings.located_files import Located, write_located
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.run import warnings_heard
-from elusive.systems.bearings.track import Emitter, track
+from elusive.systems.bearings.track import track
 
 RADIANS_AFTER = 3  # azimuths, none of them above 2 pi, after which radians are suspected
 STANDING_Q, STANDING_MPS = 1e-12, 1e-6  # of an emitter that stays

@@ -9,8 +9,8 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.bearing_sets import SensorSites
-from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.fitting import bias_of
+from elusive.systems.bearings.found_norths import Norths
 from elusive.systems.bearings.geometry import upper
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
@@ -44,12 +44,9 @@ def norths_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
     return _finding(off_deg, sure_deg, parameters, sites, said, parts)
 
 
-def several_norths_finding(parameters: BearingTracking, sites: SensorSites) -> Finding:
-    """Say the same of norths that were found with the paths of several emitters."""
-    emitters = parameters.emitters
-    assert isinstance(emitters, SeveralEmitters)
-    off_deg, sure_deg = (np.array(part or ()) for part in (emitters.norths_deg, emitters.norths_sd_deg))
-    return _finding(off_deg, sure_deg if len(sure_deg) else np.zeros(len(off_deg)), parameters, sites, "", [])
+def learnt_norths_finding(norths: Norths, parameters: BearingTracking, sites: SensorSites) -> Finding:
+    """Say the same of norths that were found beside the tracks, of several emitters or live."""
+    return _finding(np.array(norths.off_deg), norths.sd_deg, parameters, sites, "", [])
 
 
 def _finding(

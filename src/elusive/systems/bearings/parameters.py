@@ -73,7 +73,7 @@ class BearingTracking(Model):
     usual_sigma_deg: ClassVar[float] = 1.0
     most_sigma_deg: ClassVar[float] = 90.0
     sigma_deg: Positive | None = Field(
-        None, le=most_sigma_deg, description="Deviation of a bearing [deg]; none: found, live 1"
+        None, le=most_sigma_deg, description="Deviation of a bearing [deg]; none: found, live from 1 on"
     )
     elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
         UseElevations(), description="What to do with elevations, where the bearings have them"

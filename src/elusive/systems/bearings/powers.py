@@ -6,7 +6,6 @@ MacKay (2003), section 28.1: evidence tells a path's stiffness, as it neither cu
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Sequence
 from typing import Any
 
@@ -23,7 +22,6 @@ from elusive.systems.bearings.heard import have_elevations, sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 
 LEAST_TIMES = 8  # of an emitter, to tell anything
-LATEST, FIRST, EVERY = 200, 10, 100  # times that tell live, after how many first, and how often at the rarest
 LONGEST, PIECES = 2000, 10  # times, beyond which so many pieces of the recording tell
 DECADES = tuple(range(-4, 6))  # about the usual power
 PIECE, BY_CHANCE = 12, 1e-3  # times of a path that has a power of its own, and how often they differ by chance
@@ -63,35 +61,13 @@ def powers_found(
     return parameters
 
 
-class LivePowers:
-    """The same while bearings of one emitter come: anew from the latest, at twice as many times, then at each hundred.
-
-    Who has flown calmly may turn: no power is less than the usual one.
-
-    Parameters
-    ----------
-    parameters
-        Of how the emitter is tracked.
-    sites
-        Where the sensors stand.
-    """
-
-    def __init__(self, parameters: BearingTracking, sites: SensorSites) -> None:
-        self.parameters, self._given, self._sites = parameters, parameters, sites
-        self._latest, self._count, self._due = deque[PlaceSet](maxlen=LATEST), 0, FIRST
-
-    def heed(self, measurement: PlaceSet) -> bool:
-        """Take a measurement, and say whether other powers are found."""
-        self._latest.append(measurement)
-        self._count += 1
-        if self._count < self._due:
-            return False
-        self._due += min(self._count, EVERY)
-        before, found = self.parameters, powers_found(self._given, self._sites, [list(self._latest)])
-        for name, usual in _missing(self._given, [list(self._latest)]):
-            found = _with(found, name, max(_power(found, name), usual))
-        self.parameters = found
-        return found != before
+def no_calmer(found: BearingTracking, given: BearingTracking) -> BearingTracking:
+    """Return what was found with no power below the usual one: who has flown calmly may turn."""
+    for name, part in (("q", given.motion), ("q_vertical", given.elevations)):
+        if isinstance(part, Powered | UseElevations) and getattr(part, name) is None:
+            power = _power(found, name)
+            found = found if power is None else _with(found, name, max(power, part.usual_q))
+    return found
 
 
 def manoeuvres_told(parameters: BearingTracking, sites: SensorSites, emitters: Sequence[Sequence[PlaceSet]]) -> bool:
@@ -145,8 +121,9 @@ def _with(parameters: BearingTracking, name: str, power: float) -> BearingTracki
     return parameters.replace(**{part: getattr(parameters, part).replace(**{name: float(f"{power:.3g}")})})
 
 
-def _power(parameters: BearingTracking, name: str) -> float:
-    return float(getattr(parameters.motion if name == "q" else parameters.elevations, name))
+def _power(parameters: BearingTracking, name: str) -> float | None:
+    power: float | None = getattr(parameters.motion if name == "q" else parameters.elevations, name)
+    return power
 
 
 def _pieces(heard: Sequence[PlaceSet]) -> list[Sequence[PlaceSet]]:

@@ -24,9 +24,14 @@ from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.checks import track_findings
-from elusive.systems.bearings.choices import SeveralEmitters
+from elusive.systems.bearings.choices import Estimation, SeveralEmitters
 from elusive.systems.bearings.deviation import errors_found
+from elusive.systems.bearings.emitter import Emitter
+from elusive.systems.bearings.found_norths import norths_of, with_norths
 from elusive.systems.bearings.heard import have_elevations
+from elusive.systems.bearings.live_fit import LiveFit
+from elusive.systems.bearings.live_one import OneFit
+from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
@@ -34,9 +39,8 @@ from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_o
 from elusive.systems.bearings.several import crowding_of, decided
 from elusive.systems.bearings.several_checks import several_findings
 from elusive.systems.bearings.several_fit import fitted
-from elusive.systems.bearings.several_norths import widened
 from elusive.systems.bearings.several_results import names_of, several_outcome
-from elusive.systems.bearings.track import Emitter, together, track, track_labelled
+from elusive.systems.bearings.track import together, track, track_labelled
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
 
@@ -116,7 +120,8 @@ def track_bearings_recording(
                 steps = list(track(heard, parameters, sites))
                 pairs = pairings(steps, parameters, sites)
                 findings = (*several_findings(steps, parameters, sites), pairings_finding(pairs))
-                steps = widened(lowered(steps, pairs), parameters, sites)
+                norths = norths_of(parameters, sites)
+                steps = [norths.wider(step, sites) for step in lowered(steps, pairs)]
             outcome = several_outcome(
                 source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels, findings
             )
@@ -185,6 +190,10 @@ def follow_bearings(
         due, steps_done = FIRST_CHECKED, 0
         judged: Future[tuple[Finding, ...]] | None = None
 
+        def learnt() -> LiveFit:
+            fit: LiveFit = memory.held[-1]
+            return fit
+
         def heeded(live: LiveStep) -> None:
             nonlocal alone, due, steps_done, judged
             step = live.step
@@ -196,7 +205,7 @@ def follow_bearings(
                 alone = False  # it is said once
             if steps_done == due:
                 due *= 2
-                judged = judged or beside.submit(checked, parameters, sites, tuple(latest))
+                judged = judged or beside.submit(live_checked, learnt(), sites, tuple(latest))
             if judged is not None and judged.done():
                 new = [one for one in broken(judged.result()) if one.name not in named]
                 named.update(one.name for one in new)
@@ -211,7 +220,7 @@ def follow_bearings(
             ThreadPoolExecutor(1, "checks") as beside,  # what may be the cause is tracked again, for seconds
         ):
             end = follow_live(chain([first], steps), coming, log, heeded)
-            findings = checked(parameters, sites, latest)
+            findings = live_checked(learnt(), sites, latest)
             return finished(end._replace(findings=findings), log, partial(write_checks, folder, findings))
 
 
@@ -222,6 +231,21 @@ def checked(parameters: BearingTracking, sites: SensorSites, steps: Iterable[Ste
         paired = pairings_finding(pairings(known, parameters, sites))
         return (*several_findings(known, parameters, sites), paired)
     return track_findings(known, powers_found(parameters, sites, [[step.measurement for step in known]]), sites)
+
+
+def live_checked(fit: LiveFit, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:
+    """Check tracks that are followed live, with what was learnt."""
+    if not isinstance(fit, OneFit):
+        return checked(with_norths(fit.parameters, fit.norths), sites, steps)
+    flt, bias = fit.parameters.filter, fit.bias
+    if bias is None or not isinstance(flt, Estimation) or flt.bias is not None:
+        return checked(fit.parameters, sites, steps)
+    # what was tracked before norths were known is not checked by these
+    known = [step for step in steps if step.state.norths.alike(fit.norths, fit.parameters.deviation_deg)]
+    biased = [step.state.biased(bias.sd_deg).step(step.measurement) for step in known]
+    found = checked(fit.parameters.replace(filter=flt.replace(bias=bias)), sites, biased)
+    learnt = learnt_norths_finding(fit.norths, fit.parameters, sites)
+    return tuple(learnt if one.name == learnt.name else one for one in found)
 
 
 @contextmanager

@@ -16,7 +16,9 @@ from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import BearingSensors, wrapped
 from elusive.sensors.crowded_bearings import CrowdedBearings
 from elusive.systems.bearings.choices import AsHeard, OneEmitter, SeveralEmitters
-from elusive.systems.bearings.heard import angles_of, righted
+from elusive.systems.bearings.heard import angles_of
+from elusive.systems.bearings.live_fit import SeveralFit
+from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
@@ -118,11 +120,16 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
 
 
 def track_several(
-    measurements: Iterable[PlaceSet], parameters: BearingTracking, sites: SensorSites, memory: Memory | None = None
+    measurements: Iterable[PlaceSet],
+    parameters: BearingTracking,
+    sites: SensorSites,
+    memory: Memory | None = None,
+    *,
+    live: bool = False,
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
 
-    Its bearings are turned by the norths that are known to be off.
+    Its bearings are turned by the norths that are known to be off. Live these are learnt, and what else is not given.
 
     It is kept in ``memory``, and gone on from.
 
@@ -134,11 +141,13 @@ def track_several(
         If a measurement cannot be used.
     """
     assert isinstance(parameters.emitters, SeveralEmitters)
-    memory, norths_deg = memory or Memory(), parameters.emitters.norths_deg
-    if norths_deg is not None and len(norths_deg) != len(sites.names):
-        raise ParameterError(f"norths_deg: has {len(norths_deg)} numbers for {len(sites.names)} sensors.")
-    rng, tracker = np.random.default_rng(parameters.emitters.seed), tracker_of(parameters, sites)
-    state, rng = memory.held or (tracker.init(rng), rng)
+    memory, rng = memory or Memory(), np.random.default_rng(parameters.emitters.seed)
+    state, rng, fit = memory.held or (
+        tracker_of(parameters, sites).init(rng),
+        rng,
+        SeveralFit(parameters, sites, memory.first if live else None),
+    )
+    tracker = tracker_of(fit.parameters, sites)
     for measurement in measurements:
         if isinstance(measurement, BearingSet) and measurement.places_m is not None:
             raise ParameterError(
@@ -150,7 +159,14 @@ def track_several(
                 "--emitters several: tells bearings apart, and not times of arrival; leave arrival_s out, or take "
                 "--emitters one."
             )
-        measurement = righted(measurement, norths_deg)
+        norths = fit.norths
+        measurement = norths.righted(measurement)
         state = tracker.step(state, measurement.time_s, measurement, rng)
-        memory.keep(measurement.time_s, state, rng)
-        yield Step(measurement.time_s, measurement, state, state.tracks)
+        step = Step(measurement.time_s, measurement, state, state.tracks)
+        if live:
+            own = own_steps([step], sites, fit.parameters.deviation_deg)
+            if fit.heed({number: norths.as_heard(its[0].measurement) for number, its in own.items()}):
+                tracker = tracker_of(fit.parameters, sites)
+            step = norths.wider(step, sites)
+        memory.keep(measurement.time_s, state, rng, fit)
+        yield step

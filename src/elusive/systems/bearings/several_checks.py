@@ -14,12 +14,13 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import SeveralEmitters
 from elusive.systems.bearings.faults import fault_finding, fault_of
+from elusive.systems.bearings.found_norths import norths_of
 from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, rounding_finding, units_finding
 from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.mirrored import mirrored_finding
-from elusive.systems.bearings.norths import several_norths_finding
+from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.readings import CONVENTIONS, reread
@@ -145,9 +146,9 @@ def coherent(scale: CrowdScale) -> bool:
 
 def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
     """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found."""
-    norths = several_norths_finding(parameters, sites)
+    norths = learnt_norths_finding(norths_of(parameters, sites), parameters, sites)
     assert isinstance(parameters.emitters, SeveralEmitters)
-    parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_sd_deg=None))
+    parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_spread_deg2=None))
     scale = crowd_scale(steps, sites, parameters.deviation_deg)
     error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
     wide = scale.number >= LEAST and scale.half > WIDE + error

@@ -7,18 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Cruise, Powered, SeveralEmitters
-from elusive.systems.bearings.heard import bearings_of, righted, starts_of
-from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
-from elusive.systems.bearings.own import away_of, direction_of, own_steps
+from elusive.systems.bearings.found_norths import norths_of, with_norths
+from elusive.systems.bearings.own import away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import manoeuvres_told, powers_found, whole, whole_path
+from elusive.systems.bearings.powers import manoeuvres_told
+from elusive.systems.bearings.settled import MOST_DEG, settled
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
-from elusive.systems.bearings.several_norths import norths_found
 from elusive.tracking.track import Step
 
 LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
@@ -27,8 +24,7 @@ FITTED_TIMES = 200  # from which is found how well emitters are heard
 TURNING = 0.1  # how often an emitter manoeuvres that does
 PASSES, LIKE, AS_PRECISE = 2, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
 AS_STRAIGHT = 0.5  # deviations of a bearing, by which other norths are followed alike
-BEGUN_DEG, LEAST_DEG, MOST_DEG = 2.5, 0.01, 6.0  # of a bearing where nobody tells: bearings far from a track are its
-SETTLED, LEAST_TIMES, LEAST_LEFT = 3, 8, 30  # rounds for deviation and power in turn; of a path; residuals that tell
+BEGUN_DEG = 2.5  # of a bearing where nobody tells: bearings far from a track are its
 
 
 def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[PlaceSet]) -> BearingTracking:
@@ -69,46 +65,25 @@ def _moving(
     asked = parameters.replace(emitters=emitters.replace(manoeuvre_share=TURNING)) if unknown else parameters
     asked = asked.replace(sigma_deg=precise or BEGUN_DEG)
     steps, alone = _pass(asked, sites, heard)
-    straight = emitters.norths_deg is None
-    free = not precise or straight or (isinstance(motion, Powered) and motion.q is None)
+    straight = emitters.norths_deg is not None
+    free = not precise or not straight or (isinstance(motion, Powered) and motion.q is None)
     for _ in range(PASSES + (not precise) if free else 0):
         before = asked
-        for _ in range(SETTLED if straight or not precise else 1):
-            own = _righted(asked, alone)
-            asked = powers_found(asked.replace(motion=motion), sites, own)
-            asked = asked if precise else asked.replace(sigma_deg=_scattered(asked, sites, own))
-            asked = norths_found(asked, sites, alone) if straight else asked
+        asked, norths = settled(asked, parameters, norths_of(asked, sites), sites, alone, straight=straight)
+        asked = asked if straight else with_norths(asked, norths)
         if not precise and asked.deviation_deg > MOST_DEG:
             # bearings so far from any track rather mean something else, which is found beside the usual deviation
             return _moving(parameters.replace(sigma_deg=parameters.deviation_deg), sites, heard)
-        if _alike(before, asked):
+        if _alike(before, asked, sites):
             break
         steps, alone = _pass(asked, sites, heard)
     if unknown:
-        share = TURNING if manoeuvres_told(asked, sites, _righted(asked, alone)) else 0.0
+        norths = norths_of(asked, sites)
+        own = [[norths.righted(measurement) for measurement in part] for part in alone]
+        share = TURNING if manoeuvres_told(asked, sites, own) else 0.0
         assert isinstance(asked.emitters, SeveralEmitters)
         asked = asked.replace(emitters=asked.emitters.replace(manoeuvre_share=share))
     return asked, steps
-
-
-def _scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:
-    """Return by how much bearings lie about their emitters' own paths in the median, the deviation it is of [deg]."""
-    sizes, variance = [np.empty(0)], math.radians(parameters.deviation_deg) ** 2
-    for part in alone:
-        path = whole_path(whole(parameters), part, sites) if len(part) >= LEAST_TIMES else None
-        if path is None:
-            continue
-        angles = bearings_of(part)
-        rows = np.repeat(np.arange(len(part)), angles.counts)
-        off = path.states[rows][:, [X, Y]] - starts_of(part, sites)
-        direction, spread = direction_of(off, path.covariances[rows][:, [[X], [Y]], [[X, Y]]])
-        free, left = 1 - spread / variance, np.abs(wrapped(angles.azimuth_rad - direction))
-        sizes.append((left / np.sqrt(variance * np.maximum(free, LEAST_FREE)))[free > LEAST_FREE])
-    size = np.concatenate(sizes)
-    if len(size) < LEAST_LEFT:
-        return parameters.deviation_deg
-    found = parameters.deviation_deg * float(np.median(size)) / HALF
-    return float(f"{np.clip(found, LEAST_DEG, parameters.most_sigma_deg):.3g}")
 
 
 def _pass(
@@ -118,24 +93,14 @@ def _pass(
     steps = [step._replace(state=None) for step in track_several(heard, parameters, sites)]
     own = own_steps(steps, sites, parameters.deviation_deg).values()
     alone = [[step.measurement for step in part if len(step.measurement.sensor)] for part in own]
-    return steps, _righted(parameters, alone, -1.0)
+    return steps, [[norths_of(parameters, sites).as_heard(one) for one in part] for part in alone]
 
 
-def _righted(
-    parameters: BearingTracking, alone: Sequence[Sequence[BearingSet]], by: float = 1.0
-) -> list[list[BearingSet]]:
-    """Return emitters' bearings as they were if norths were right; ``by`` -1: as they come."""
-    assert isinstance(parameters.emitters, SeveralEmitters)
-    norths_deg = by * np.array(parameters.emitters.norths_deg or ())
-    return [[righted(measurement, norths_deg) for measurement in part] for part in alone]
-
-
-def _alike(one: BearingTracking, other: BearingTracking) -> bool:
+def _alike(one: BearingTracking, other: BearingTracking, sites: SensorSites) -> bool:
     """Say whether deviations and powers are so near that a tracker follows both alike."""
     powers = [part.plain_motion.q if isinstance(part.plain_motion, Powered) else 1.0 for part in (one, other)]
     alike = abs(math.log((powers[0] or 1.0) / (powers[1] or 1.0))) < math.log(LIKE)
-    norths = [np.array(getattr(part.emitters, "norths_deg", None) or 0.0) for part in (one, other)]
-    alike = alike and bool((np.abs(norths[0] - norths[1]) < AS_STRAIGHT * other.deviation_deg).all())
+    alike = alike and norths_of(one, sites).alike(norths_of(other, sites), AS_STRAIGHT * other.deviation_deg)
     return alike and abs(math.log(one.deviation_deg / other.deviation_deg)) < math.log(AS_PRECISE)
 
 

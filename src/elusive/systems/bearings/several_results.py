@@ -14,11 +14,11 @@ from elusive.results import TrackLog
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import SeveralEmitters
+from elusive.systems.bearings.emitter import Emitter
 from elusive.systems.bearings.heard import bearings_of, moving, starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import SeveralTracked
 from elusive.systems.bearings.results import BearingOutcome, scores_of
-from elusive.systems.bearings.track import Emitter
 from elusive.tracking.track import Step
 
 TRACKS_TOLD = 20

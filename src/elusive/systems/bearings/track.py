@@ -2,51 +2,30 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from itertools import chain, islice
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.filters.gaussian.extended_kalman import ExtendedKalmanFilter
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter, FactorGraphState
 from elusive.filters.gaussian.fixed_lag import FixedLagSmoother
-from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.filters.gaussian.recovering import RecoveringFilter, recovers
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.choices import WHOLE, Estimator, IgnoreElevations, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.choices import WHOLE, IgnoreElevations, OneEmitter, SeveralEmitters
+from elusive.systems.bearings.emitter import FLAT_NAMES, Emitter, by_axis, in_order, of_whole
 from elusive.systems.bearings.heard import angles_of, have_elevations
+from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.powers import LivePowers, powers_found
+from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.several import decided, track_several
 from elusive.systems.bearings.several_fit import fitted
 from elusive.tracking.memory import Memory
-from elusive.tracking.track import Status, Step, Track
+from elusive.tracking.track import Step
 
-FLAT_NAMES = ("x", "vx", "y", "vy")
 RECOVERING = ("iekf", "fixed-lag")  # the plain filter is there to compare
-
-
-class Emitter(NamedTuple):
-    """The belief about an emitter at one time."""
-
-    state_names: tuple[str, ...]
-    mean: Array  # (d,), NaN before there is any
-    covariance: Array  # (d, d)
-    started: bool  # whether the bearings have given a place
-    log_evidence: float  # of the measurement given the earlier ones; of an estimate of the whole, all at its last step
-    converged: bool = True  # whether the descent to the path came to its end
-    reopened: bool = False  # whether bearings rather tell a manoeuvre beyond what the motion allows
-
-    def step(self, measurement: PlaceSet) -> Step:
-        """Return the step to which a measurement led."""
-        status: Status = "confirmed" if self.started else "candidate"
-        track = Track(1, status, float("nan"), self.mean, self.covariance)
-        return Step(measurement.time_s, measurement, self, (track,) if np.isfinite(self.mean[0]) else ())
 
 
 def track(
@@ -85,7 +64,7 @@ def track(
     """
     parameters.check(live=live)
     memory = memory or Memory()
-    coming = _in_order(memory.new(measurements))
+    coming = in_order(memory.new(measurements))
     known = list(islice(coming, 1) if live else coming)
     if not known:
         raise DataError("bearings: there is none; a track needs at least one.")
@@ -93,7 +72,7 @@ def track(
     parameters = decided(parameters, decisive)[0]
     if isinstance(parameters.emitters, SeveralEmitters):
         parameters = parameters if live else fitted(parameters, sites, known)
-        yield from track_several(chain(known, coming), parameters, sites, memory)
+        yield from track_several(chain(known, coming), parameters, sites, memory, live=live)
         return
     parameters = parameters if live else powers_found(parameters, sites, [known])
 
@@ -103,18 +82,19 @@ def track(
     estimator = made(parameters)
     at_once = isinstance(estimator, FixedLagSmoother | FactorGraphFilter) and not live
     if at_once or parameters.filter.kind in WHOLE:
-        yield from _of_whole(estimator, known)
+        yield from of_whole(estimator, known)
         return
     names, rng = getattr(estimator, "state_names", FLAT_NAMES), np.random.default_rng(0)  # nothing is drawn
-    powers = LivePowers(parameters, sites)
-    state, powers = memory.held or (_stepping(estimator, parameters).init(rng), powers)
-    stepping = _stepping(made(powers.parameters), parameters)
+    begun = OneFit(parameters, sites, memory.first if live else None)
+    state, fit = memory.held or (_stepping(estimator, parameters).init(rng), begun)
+    stepping = _stepping(made(fit.parameters), parameters)
     for measurement in chain(known, coming):
-        state = stepping.step(state, measurement.time_s, measurement, rng)
-        if live and powers.heed(measurement):
-            stepping = _stepping(made(powers.parameters), parameters)
-        memory.keep(measurement.time_s, state, powers)
-        yield _emitter(names, state).step(measurement)
+        norths = fit.norths
+        state = stepping.step(state, measurement.time_s, norths.righted(measurement), rng)
+        if live and fit.heed({1: measurement}):
+            stepping = _stepping(made(fit.parameters), parameters)
+        memory.keep(measurement.time_s, state, fit)
+        yield norths.wider(_emitter(names, state)._replace(norths=norths).step(measurement), sites)
 
 
 def _stepping(estimator: Any, parameters: BearingTracking) -> Any:
@@ -123,53 +103,12 @@ def _stepping(estimator: Any, parameters: BearingTracking) -> Any:
     return RecoveringFilter(estimator) if recovering else estimator
 
 
-def _in_order(measurements: Iterable[PlaceSet]) -> Iterator[PlaceSet]:
-    """Yield measurements, each later than the one before."""
-    before_s = -math.inf
-    for number, measurement in enumerate(measurements):
-        if not measurement.time_s > before_s:
-            raise DataError(
-                f"bearings: measurement {number}, of {measurement.time_s:g} s, is not later than the one before; put "
-                "what was heard at one time into one measurement, in the order of time."
-            )
-        before_s = measurement.time_s
-        yield measurement
-
-
-def _of_whole(estimator: Estimator, measurements: list[Any]) -> Iterator[Step]:
-    path: Any
-    if isinstance(estimator, FactorGraphFilter):
-        path = estimator.track_sets(measurements)
-        for row, measurement in enumerate(measurements):
-            yield _by_axis(*(part[row] for part in path[1:])).step(measurement)
-        return
-    if isinstance(estimator, MapSmoother):
-        path = estimator.smooth(measurements)
-    elif isinstance(estimator, ExtendedKalmanFilter):
-        path = estimator.track(measurements, smooth=True)
-    else:
-        assert isinstance(estimator, FixedLagSmoother)
-        path = estimator.track(measurements)
-    names, last = estimator.state_names, len(measurements) - 1
-    evidence, converged = getattr(path, "log_evidence", float("nan")), getattr(path, "converged", True)
-    for row, measurement in enumerate(measurements):
-        log_evidence = evidence if row == last else 0.0
-        yield Emitter(names, path.states[row], path.covariances[row], True, log_evidence, converged).step(measurement)
-
-
 def _emitter(names: tuple[str, ...], state: Any) -> Emitter:
     if isinstance(state, FactorGraphState):
-        return _by_axis(state.mean, state.variance, state.velocity, state.velocity_variance)
+        return by_axis(state.mean, state.variance, state.velocity, state.velocity_variance)
     started = state.started if hasattr(state, "started") else state.pending is None
     evidence, reopened = getattr(state, "log_evidence", float("nan")), getattr(state, "reopened", False)
     return Emitter(names, state.mean, state.covariance, bool(started), evidence, reopened=reopened)
-
-
-def _by_axis(place: Array, variance: Array, velocity: Array, velocity_variance: Array) -> Emitter:
-    """Return the belief of a factor graph, each axis its own: arrays are ``(2,)``."""
-    mean = np.column_stack([place, velocity]).ravel()
-    covariance = np.diag(np.column_stack([variance, velocity_variance]).ravel())
-    return Emitter(FLAT_NAMES, mean, covariance, bool(np.isfinite(place).all()), float("nan"))
 
 
 def track_labelled(

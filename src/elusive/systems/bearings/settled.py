@@ -1,0 +1,78 @@
+"""What emitters' own bearings tell of their motion, of how precise they are and of norths, each given the others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from elusive.contracts import X, Y
+from elusive.sensors.bearing_sets import SensorSites
+from elusive.sensors.bearing_table import PlaceSet
+from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.found_norths import Norths, norths_found
+from elusive.systems.bearings.heard import bearings_of, starts_of
+from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
+from elusive.systems.bearings.own import direction_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.powers import LEAST_TIMES, powers_found, whole, whole_path
+
+ROUNDS, LEAST_LEFT = 3, 30  # in which each is sought given the others; residuals that tell a deviation
+LEAST_DEG, MOST_DEG = 0.01, 6.0  # of a bearing; beyond, azimuths rather mean something else
+
+
+def settled(
+    asked: BearingTracking,
+    given: BearingTracking,
+    norths: Norths,
+    sites: SensorSites,
+    alone: Sequence[Sequence[PlaceSet]],
+    *,
+    straight: bool = False,
+) -> tuple[BearingTracking, Norths]:
+    """Return the parameters with the powers and the deviation that emitters' bearings tell, and the norths.
+
+    Parameters
+    ----------
+    asked
+        Of how emitters are tracked, from which is begun.
+    given
+        The same, where what is not given is None: that is sought.
+    norths
+        From which is begun.
+    sites
+        Where the sensors stand.
+    alone
+        The bearings of each emitter, as they came.
+    straight
+        Whether the norths are known, and not sought.
+    """
+    for _ in range(1 if straight and given.sigma_deg else ROUNDS):
+        own = [[norths.righted(measurement) for measurement in part] for part in alone]
+        asked = powers_found(asked.replace(motion=given.motion), sites, own)
+        if given.sigma_deg is None:
+            asked = asked.replace(sigma_deg=scattered(asked, sites, own))
+        if not straight:
+            norths = norths_found(asked, sites, alone)
+    return asked, norths
+
+
+def scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:
+    """Return by how much bearings lie about their emitters' own paths in the median, the deviation it is of [deg]."""
+    sizes, variance = [np.empty(0)], math.radians(parameters.deviation_deg) ** 2
+    for part in alone:
+        path = whole_path(whole(parameters), part, sites) if len(part) >= LEAST_TIMES else None
+        if path is None:
+            continue
+        angles = bearings_of(part)
+        rows = np.repeat(np.arange(len(part)), angles.counts)
+        off = path.states[rows][:, [X, Y]] - starts_of(part, sites)
+        direction, spread = direction_of(off, path.covariances[rows][:, [[X], [Y]], [[X, Y]]])
+        free, left = 1 - spread / variance, np.abs(wrapped(angles.azimuth_rad - direction))
+        sizes.append((left / np.sqrt(variance * np.maximum(free, LEAST_FREE)))[free > LEAST_FREE])
+    size = np.concatenate(sizes)
+    if len(size) < LEAST_LEFT:
+        return parameters.deviation_deg
+    found = parameters.deviation_deg * float(np.median(size)) / HALF
+    return float(f"{np.clip(found, LEAST_DEG, parameters.most_sigma_deg):.3g}")
