@@ -17,6 +17,7 @@ from elusive.io.radar_video import open_radar_video
 from elusive.preprocess.clutter_map import ClutterMap
 from elusive.sensors.echo_extent import EchoExtent
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo, SeaLevel
+from elusive.systems.video.about_tracks import AboutTracks
 from elusive.systems.video.checks import Judged
 from elusive.systems.video.parameters import PlotFinding, VideoTracking
 from elusive.systems.video.plots import write_video_plots
@@ -334,7 +335,7 @@ def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
     for turn, tracks in sea_of(sensor, np.random.default_rng(5), contrast):
         swell = swell_after(swell, tracks, turn, sensor)
         shown = without_crests(tracks, swell)
-        judged.add(Heard(turn, power, Learnt(state, state, state.fixed, swell), 1.0), shown)
+        judged.add(Heard(turn, power, Learnt(state, state, state.fixed, AboutTracks(swell=swell)), 1.0), shown)
     assert {one.track for one in shown if one.status == "confirmed"} == ({99} if told else {*range(12), 99})
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]

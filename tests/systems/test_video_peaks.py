@@ -9,7 +9,7 @@ from elusive.io.radar_video import open_radar_video
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.parameters import VideoTracking
-from elusive.systems.video.peaks import at_peaks, echo_after, peaks_after, told
+from elusive.systems.video.peaks import at_peaks, peaks_after, told, told_by
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
 from elusive.tracking.track import Track
@@ -45,7 +45,7 @@ def followed(bend, deviation_m, rng):
     east, north = 900 + 5.0 * times, 1200 - 0.5 * bend * (times - 15) ** 2
     way, cell, echo = np.column_stack([east, north]), 12.5**2 * np.eye(2), None
     for time_s, place, own in zip(times, way + rng.normal(0, deviation_m, way.shape), way, strict=True):
-        echo = echo_after(echo, time_s, place, own, cell)
+        echo = told_by(echo, time_s, place, own, cell)
     track = Track(1, "confirmed", 1.0, np.array([east[-1] + 40.0, 2.5, north[-1], 0.0]), 100 * np.eye(4))
     truth = np.array([east[-1], 5.0, north[-1], -bend * (times[-1] - 15)])
     return told(track, echo, times[-1], cell), truth

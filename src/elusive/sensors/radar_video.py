@@ -25,6 +25,7 @@ from elusive.sensors.evidence_scale import AROUND, GUARD, MOST, remembered, scal
 TURN_RAD = 2 * math.pi
 MOST_PEAKS = 50_000
 MISSED = -3.0  # log ratio of a target that is nowhere in reach of a cell
+FAINTEST = 1e-12  # power below which nothing is told apart
 PART = 4  # of a beam and a pulse: deviation of a place in one, as peaks are about ships
 NEAR = 1e-4  # strengths this close to 1 are taken as that far from it
 LEAST_ROWS = 16
@@ -50,6 +51,12 @@ class EvidenceTurn(NamedTuple):
     divided: NDArray[np.float32]  # (A, R) by what evidence was, for what that turn alone shows
     power: NDArray[np.float32]  # (A, R) mean power of a cell
     sea: SeaLevel  # that a cell's is set against
+
+    def over_sea(self, row: NDArray[np.int64] | int, column: NDArray[np.int64] | int) -> Array:
+        """Logarithm of power over what is expected of the sea, of the shape that rows and columns of cells have."""
+        sector = self.sea.sector[row]
+        sea = self.sea.mean[sector, column] + self.sea.across[row] * self.sea.slope[sector, column]
+        return np.asarray(np.log(np.maximum(self.power[row, column], FAINTEST)) - sea, np.float64)
 
 
 class RadarVideo(Model):
@@ -121,7 +128,7 @@ class RadarVideo(Model):
 
     def arrival_s(self, places: Array, measurement: EvidenceTurn) -> Array:
         """Time at which the beam passes places ``(T, 2)`` in a turn, ``(T,)``; the turn's where it did not."""
-        found = measurement.row_s[self._cells(places, measurement)[0]]
+        found = measurement.row_s[self.cells(places, measurement)[0]]
         return np.where(np.isfinite(found), found, measurement.time_s)
 
     def spread(self, places: Array, measurement: EvidenceTurn) -> Array:
@@ -152,7 +159,7 @@ class RadarVideo(Model):
         claimed, log_ratio = np.zeros(self.shape, np.float32), np.zeros(len(mean))
         target = np.unique(number, return_inverse=True)[1]
         order = np.lexsort((target, -np.bincount(target, existence)[target]))
-        evidence, at = self._checked(measurement), self._cells(mean[:, [X, Y]], measurement)
+        evidence, at = self._checked(measurement), self.cells(mean[:, [X, Y]], measurement)
         about = kernels.mean_about(measurement.evidence, measurement.divided, *at, AROUND, GUARD, MOST)
         background = remembered(background, about)
         worth = np.minimum(measurement.divided[at] / scale_along(background), 1.0)  # none is divided twice
@@ -165,7 +172,7 @@ class RadarVideo(Model):
         log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view
         return Looked(mean, covariance, levels, background, log_ratio, claimed)
 
-    def _cells(self, places: Array, measurement: EvidenceTurn) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def cells(self, places: Array, measurement: EvidenceTurn) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Row and column of places ``(T, 2)``; out of range, the nearest column."""
         off = places - np.asarray(measurement.place)
         rows, columns = self.shape

@@ -49,13 +49,13 @@ class Judged:
         """Take in a turn, and the tracks after it."""
         ships = [track for track in tracks if track.status == "confirmed"]
         self._at_once = max(self._at_once, len(ships))
-        swell = heard.learnt.swell
+        swell = heard.learnt.about.swell
         if swell is not None and swell.sure:
             crests = sum(track.status != "deleted" and swell.carries(track) for track in tracks)
             self._crests, self._swell = max(self._crests, crests), swell
-        if heard.learnt.ghosts is not None:
-            self._ghosts += len(heard.learnt.ghosts.found - self._told)
-            self._told = heard.learnt.ghosts.found
+        if heard.learnt.about.ghosts is not None:
+            self._ghosts += len(heard.learnt.about.ghosts.found - self._told)
+            self._told = heard.learnt.about.ghosts.found
         for ship in ships:
             if self._beside.get(ship.track, True):
                 self._beside[ship.track] = self._is_beside(ship, heard)

@@ -114,11 +114,7 @@ def _rms(values: Array) -> float:
 
 def _strength(x: float, y: float, turn: EvidenceTurn, sensor: RadarVideo) -> float:
     """Logarithm of the greatest power about a place, from the radar, over what is expected of the sea."""
-    first, step, pitch = sensor.grid
-    rows, columns = turn.power.shape
-    row = (round(math.atan2(x, y) / pitch - 1) + np.arange(-1, 2)) % rows
-    column = np.clip(round((math.hypot(x, y) - first) / step) + np.arange(-1, 2), 0, columns - 1)
-    sector = turn.sea.sector[row][:, None]
-    sea = turn.sea.mean[sector, column] + turn.sea.across[row][:, None] * turn.sea.slope[sector, column]
-    over = np.log(np.maximum(turn.power[np.ix_(row, column)], np.exp(sea))) - sea
-    return float(np.nanmax(over, initial=0.0))
+    (row,), (column,) = sensor.cells(np.array([[x, y]]) + turn.place, turn)
+    near = np.arange(-1, 2)
+    columns = np.clip(column + near, 0, sensor.shape[1] - 1)
+    return float(np.nanmax(turn.over_sea((row + near)[:, None] % sensor.shape[0], columns), initial=0.0))

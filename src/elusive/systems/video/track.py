@@ -21,12 +21,10 @@ from elusive.io.radar_video import RadarVideoSource
 from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_video import RadarVideo
-from elusive.systems.video.ghosts import ghosts_after, without_ghosts
+from elusive.systems.video.about_tracks import NOTHING
 from elusive.systems.video.parameters import VideoTracking
-from elusive.systems.video.peaks import at_peaks, peaks_after
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
 from elusive.systems.video.start import VideoStart, start_of
-from elusive.systems.video.swell import swell_after, without_crests
 from elusive.systems.video.turns import Heard, heard, turns_of, water_map
 from elusive.tracking.evidence_maps import EvidenceState, EvidenceTracker
 from elusive.tracking.memory import Memory
@@ -75,15 +73,12 @@ def track_video(
     sensor = tracker.sensor
     assert isinstance(sensor, RadarVideo)
     belief, rng, learnt = memory.held or (tracker.init(rng), rng, None)
-    swell, ghosts, peaks = (None, None, None) if learnt is None else (learnt.swell, learnt.ghosts, learnt.peaks)
+    about = NOTHING if learnt is None else learnt.about
     for one in turns:
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
-        swell = swell_after(swell, belief.tracks, one.turn, sensor)
-        ghosts = ghosts_after(ghosts, belief.tracks, one.turn, sensor)
-        peaks = peaks_after(peaks, belief.tracks, one.turn, sensor)
-        one = one._replace(learnt=one.learnt._replace(swell=swell, ghosts=ghosts, peaks=peaks))
+        about, tracks = about.after(belief.tracks, one.turn, sensor)
+        one = one._replace(learnt=one.learnt._replace(about=about))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
-        tracks = at_peaks(without_ghosts(without_crests(belief.tracks, swell), ghosts), peaks, one.turn, sensor)
         if frame is not None and tracks:
             lonlat = frame.to_lonlat(np.array([track.mean[[X, Y]] for track in tracks])).tolist()
             tracks = tuple(

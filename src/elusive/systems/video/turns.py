@@ -21,10 +21,8 @@ from elusive.preprocess.turn_evidence import as_in_turn
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.spokes import Spokes
 from elusive.sensors.turn_gatherer import TurnGatherer, VideoTurn
-from elusive.systems.video.ghosts import Ghosts
-from elusive.systems.video.peaks import Echoes
+from elusive.systems.video.about_tracks import NOTHING, AboutTracks
 from elusive.systems.video.start import VideoStart
-from elusive.systems.video.swell import Swell
 from elusive.tracking.memory import Memory
 
 BEYOND = 5.0  # evidence at which the clutter's law is tried
@@ -41,9 +39,7 @@ class Learnt(NamedTuple):
     clutter: ClutterState  # of mean power: what is fixed, and how that fluctuates
     even: ClutterState  # of the mean root's, in open sea
     edged: NDArray[np.bool_]  # (A, R) what is no open sea: fixed, or an edge of it
-    swell: Swell | None = None  # of crests that are tracked
-    ghosts: Ghosts | None = None  # of tracks that are echoes of others
-    peaks: Echoes | None = None  # of tracks' echoes
+    about: AboutTracks = NOTHING  # what is known of tracks as ships
 
 
 class Heard(NamedTuple):

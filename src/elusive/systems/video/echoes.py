@@ -1,0 +1,94 @@
+"""Where an echo is in a turn: at its peak, uphill from a place, or in its middle where it is longer than a point's.
+
+A long ship returns from several places, each stronger or weaker from turn to turn (Skolnik, 2008, Radar handbook,
+chapter 14): its peak is now at the bow, now at the stern, and its middle, by the decibels over the least that counts as
+its echo, is far steadier.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from elusive.contracts import Array
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+
+LONGEST_M = 400.0  # a ship
+CLIMB = 16  # cells from a place to its echo's peak, at most
+POINT = 6  # cells and rows that a point's echo covers, at most: from the peak's power down to a hundredth of it
+OVER_SEA, BELOW = math.log(6.0), math.log(100.0)  # of what is an echo: over the sea, and under its peak
+POINTLIKE = np.zeros((2, 2))
+
+
+class Echo(NamedTuple):
+    """An echo in one turn."""
+
+    row: int  # of its peak
+    at: Array  # (2,) middle from the radar [m]
+    reach: Array  # (2, 2) covariance of its power's places about that, beyond a point's [m^2]
+
+
+def echo_at(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int) -> Echo:
+    """Return the echo uphill from a cell, which is not in the first column nor in the last."""
+    (first, step, pitch), (down, right) = sensor.grid, (0.0, 0.0)
+    row, column = _peak(turn.power, row, column)
+    middle = _middle(turn, sensor, row, column)
+    if middle is None:
+        rows = len(turn.power)
+        down = _top(turn.power[(row + np.arange(-1, 2)) % rows, column])
+        right = _top(turn.power[row, column - 1 : column + 2])
+    else:
+        (down, right), spread = middle
+    azimuth, far = (row + down + 1) * pitch, first + (column + right) * step
+    out = np.array([math.sin(azimuth), math.cos(azimuth)])
+    if middle is None:
+        return Echo(row, far * out, POINTLIKE)
+    axes = np.column_stack([pitch * far * np.array([out[1], -out[0]]), step * out])
+    return Echo(row, far * out, axes @ spread @ axes.T)
+
+
+def _peak(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
+    """Row and column of the greatest power uphill of a cell."""
+    rows, columns = power.shape
+    for _ in range(CLIMB):
+        near = np.arange(max(column - 1, 1), min(column + 2, columns - 1))
+        about = power[np.ix_((row + np.arange(-1, 2)) % rows, near)]
+        if not np.isfinite(about).any():
+            break
+        up, out = divmod(int(np.nanargmax(about)), len(near))
+        if (up, near[out]) == (1, column):
+            break
+        row, column = (row + up - 1) % rows, int(near[out])
+    return row, column
+
+
+def _middle(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int) -> tuple[Array, Array] | None:
+    """Rows and columns from a peak to its echo's middle, and their covariance; None if it is a point's or no ship's."""
+    (first, step, pitch), (rows, columns) = sensor.grid, sensor.shape
+    tall = min(math.ceil(LONGEST_M / (pitch * (first + column * step))), rows // 4)
+    low, high = max(column - math.ceil(LONGEST_M / step), 0), min(column + math.ceil(LONGEST_M / step) + 1, columns)
+    over = turn.over_sea((row + np.arange(-tall, tall + 1))[:, None] % rows, np.arange(low, high))
+    least = max(OVER_SEA, float(over[tall, column - low]) - BELOW)
+    labels = ndimage.label(over > least, np.ones((3, 3)))[0]
+    own = labels[tall, column - low]
+    i, j = np.nonzero(labels == own)
+    edges = min(i.min(), j.min()) == 0 or i.max() == 2 * tall or j.max() == high - low - 1
+    if not own or edges or max(np.ptp(i), np.ptp(j)) <= POINT:
+        return None
+    weight = over[i, j] - least
+    weight /= weight.sum()
+    off = np.array([i - tall, j - (column - low)], dtype=np.float64)
+    middle = off @ weight
+    away = off - middle[:, None]
+    return middle, np.asarray((away * weight) @ away.T)
+
+
+def _top(level: NDArray[np.float32]) -> float:
+    """Where a parabola through three powers' logarithms has its top, in cells from the middle one."""
+    before, here, behind = np.log(np.maximum(level, 1e-12)).astype(float).tolist()
+    bend = before - 2 * here + behind
+    return float(np.clip(0.5 * (before - behind) / bend, -0.5, 0.5)) if bend < 0 else 0.0

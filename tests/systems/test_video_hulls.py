@@ -1,0 +1,145 @@
+"""A long ship is one track in the middle of its echo; two ships are two; what goes nowhere is no ship under way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.io.radar_video import open_radar_video
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.sensors.spokes import join_spokes
+from elusive.systems.video.echoes import POINTLIKE, echo_at
+from elusive.systems.video.hulls import as_ships, hulls_after
+from elusive.systems.video.moved import moved_after, without_still
+from elusive.systems.video.parameters import VideoTracking
+from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
+from elusive.systems.video.track import track_video_recording
+from elusive.tracking.track import Track
+from tests.reference.radar_video import level_sea
+
+SENSOR = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0)
+TOP = 90  # row whose middle is north and a quarter of a turn
+
+
+def turn_of(power, time_s=0.0):
+    """Return a turn of power over a sea of 1."""
+    power = power.astype(np.float32)
+    return EvidenceTurn(time_s, np.full(len(power), time_s), power, (0.0, 0.0), power, power, level_sea(power))
+
+
+def points(places, powers):
+    """Power of echoes of points at columns of the row that looks east."""
+    row, column = np.indices(SENSOR.shape)
+    echo = sum(
+        p * np.exp(-((row - TOP + 1) ** 2 + (column - c) ** 2) / 1.44) for c, p in zip(places, powers, strict=True)
+    )
+    return 1.0 + echo
+
+
+def track(number, column, status="confirmed", existence=1.0):
+    azimuth = TOP * SENSOR.grid[2]
+    far = SENSOR.grid[0] + column * SENSOR.grid[1]
+    mean = np.array([far * np.sin(azimuth), 0.0, far * np.cos(azimuth), 0.0])
+    return Track(number, status, existence, mean, np.diag([25.0, 1.0, 25.0, 1.0]))
+
+
+def test_an_echo_of_a_point_is_at_its_peak_and_a_long_one_at_its_middle():
+    point = echo_at(turn_of(points([60.3], [1000.0])), SENSOR, TOP, 62)
+    np.testing.assert_allclose(np.hypot(*point.at), SENSOR.grid[0] + 60.3 * SENSOR.grid[1], atol=0.1 * SENSOR.grid[1])
+    np.testing.assert_array_equal(point.reach, POINTLIKE)
+    long = echo_at(turn_of(points(np.arange(50, 71), np.full(21, 1000.0))), SENSOR, TOP, 52)
+    np.testing.assert_allclose(np.hypot(*long.at), SENSOR.grid[0] + 60 * SENSOR.grid[1], atol=0.1 * SENSOR.grid[1])
+    out = long.at / np.hypot(*long.at)
+    far = np.sqrt(out @ long.reach @ out) / SENSOR.grid[1]  # an even echo of n cells: its deviation is n / sqrt(12)
+    assert 20 / np.sqrt(12) < far < 26 / np.sqrt(12)
+
+
+def test_the_middle_of_a_long_echo_is_steadier_than_its_peak():
+    """Nine places whose power is drawn anew in each turn: the peak is any of them."""
+    rng, off = np.random.default_rng(1), []
+    for _ in range(60):
+        power = points(np.linspace(48, 72, 9), 3000 * rng.exponential(size=9))
+        off.append(np.hypot(*echo_at(turn_of(power), SENSOR, TOP, 60).at) - SENSOR.grid[0] - 60 * SENSOR.grid[1])
+    assert np.std(off) < 0.4 * 24 / np.sqrt(12) * SENSOR.grid[1]  # of what an even choice among the places scatters
+
+
+def test_what_reaches_further_than_a_ship_is_no_ships_middle():
+    coast = echo_at(turn_of(points(np.arange(20, 101), np.full(81, 1000.0))), SENSOR, TOP, 60)
+    np.testing.assert_array_equal(coast.reach, POINTLIKE)
+
+
+@pytest.mark.parametrize("between", [True, False])
+def test_tracks_between_whom_the_echo_goes_on_are_one_ship(between):
+    rng, hulls, told = np.random.default_rng(2), None, []
+    places = np.linspace(50, 62, 7) if between else np.array([50.0, 62.0])
+    for k in range(12):
+        moved = places + 2 * k
+        tracks = (track(3, 50 + 2 * k), track(7, 62 + 2 * k))
+        turn = turn_of(
+            points(moved, 1000 * rng.exponential(size=len(moved))) * rng.exponential(size=SENSOR.shape), 2.5 * k
+        )
+        hulls = hulls_after(hulls, tracks, turn, SENSOR)
+        told.append(as_ships(tracks, hulls))
+    assert [[(one.track, one.status) for one in some] for some in told[:2]] == 2 * [
+        [(3, "confirmed"), (7, "confirmed")]
+    ]
+    if not between:
+        assert all(len(some) == 2 for some in told)
+        return
+    ends = [some for some in told if any(one.status == "deleted" for one in some)]
+    assert [[(one.track, one.status) for one in some] for some in ends] == [[(3, "confirmed"), (7, "deleted")]]
+    assert [one.track for one in told[-1]] == [3]
+    alone = (track(7, 72),)  # the other part is lost: the ship keeps its number
+    hulls = hulls_after(hulls, alone, turn_of(points(places + 22, np.full(7, 1000.0)), 30.0), SENSOR)
+    assert [one.track for one in as_ships(alone, hulls)] == [3]
+
+
+def test_ships_that_part_are_two_again():
+    """Two that were one echo at first, as side by side in a lock."""
+    hulls = None
+    for k in range(16):
+        apart = 6 if k < 6 else 6 + 2 * (k - 5)
+        places = np.arange(50, 57) if k < 6 else np.array([50.0, 50.0 + apart])
+        tracks = (track(1, 50), track(2, 50 + apart))
+        hulls = hulls_after(hulls, tracks, turn_of(points(places, np.full(len(places), 1000.0)), 2.5 * k), SENSOR)
+        if k == 5:
+            assert hulls.ships == {2: 1}
+    assert hulls.ships == {}
+
+
+def test_a_track_that_has_left_no_place_is_a_candidate():
+    moved, told = None, []
+    for k in range(8):
+        tracks = (track(1, 60 + (k % 2)), track(2, 80 + 3 * k)._replace(existence=0.8))
+        turn = turn_of(points([60], [1.0]), 2.5 * k)
+        moved = moved_after(moved, tracks, turn, SENSOR)
+        told.append({one.track: one.status for one in without_still(tracks, moved)})
+    assert {some[1] for some in told} == {"candidate"}
+    assert [some[2] for some in told] == ["candidate"] + ["confirmed"] * 7
+
+
+def test_a_hull_of_many_cells_is_one_ship_where_it_is(tmp_path):
+    """It was two to four tracks on it, sure of places at bow and stern, and of speeds between 3 and 19 m/s."""
+    radar = VideoRadar(spokes=360, samples=130, step_m=12.5, pulse_m=25.0, beam_deg=2.0, start_m=300.0)
+    sea, rng = Sea(radar, SeaState(shape=1.0), Still(np.zeros(cell_places(radar).shape[:2]))), np.random.default_rng(4)
+    way, speed = np.array([0.8, -0.6]), 9.0
+    along = np.linspace(-75, 75, 7)[:, None] * way
+    start = np.array([-1100.0, 700.0])
+    parts = np.column_stack(
+        [start[0] + along[:, 0], np.full(7, speed * way[0]), start[1] + along[:, 1], np.full(7, speed * way[1])]
+    )
+    whole = join_spokes(list(turns(sea, 26, parts, np.full(7, 24.0), rng)))
+    path = tmp_path / "video.npz"
+    np.savez(
+        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
+        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
+    )  # fmt: skip
+    outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
+    now = start + outcome.tracked.times_s[-1] * speed * way
+    sure = [
+        one for one in outcome.tracked.paths if one.confirmed[-1] and one.times_s[-1] == outcome.tracked.times_s[-1]
+    ]
+    (ship,) = sure
+    off = ship.places[-1] - now
+    assert np.hypot(*off) < 75.0  # on the hull
+    np.testing.assert_allclose(ship.velocity[-1], speed * way, atol=2.0)
