@@ -30,6 +30,7 @@ ABOUT, FAR = 2.0, 0.1  # cells by which peaks of clutter are off a track, and th
 CLUTTER = 0.5  # probability beforehand that peaks are those of clutter
 OTHER, RESTS = 0.2, 0.2  # that a peak which keeps to a way is another's than the ship's, and that this rests
 LATEST = 0.9  # share of what is known of it that counts a turn later
+MIDDLE = 0.4  # of how far an echo reaches, by which its middle is off its ship's for good: of its own shape and shade
 HIDDEN = 0.5  # of a cell, in which a peak may be anywhere when a ship is where it is
 
 
@@ -95,7 +96,7 @@ def at_peaks(tracks: Sequence[Track], echoes: Echoes, turn: EvidenceTurn, sensor
 def told(track: Track, peaks: Peaks, time_s: float, cell: Array) -> Track:
     """Return a track where it is likelier, by its own belief or by its peaks' way; it errs by what either tells."""
     mean, covariance = peaks.way.ahead(time_s).moments()
-    covariance[np.ix_(PLACE, PLACE)] += HIDDEN**2 / 12 * cell
+    covariance[np.ix_(PLACE, PLACE)] += HIDDEN**2 / 12 * cell + MIDDLE**2 * peaks.reach
     off, speed, spread = mean - track.mean, mean[VELOCITY], covariance[np.ix_(VELOCITY, VELOCITY)]
     own, of_ship = np.array(track.covariance), -math.inf
     for share, cells, mps in OWN:
