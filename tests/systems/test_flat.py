@@ -29,6 +29,7 @@ from elusive.systems.radar.live import follow_radar
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.signals.live import follow_signal_live
 from elusive.systems.signals.track import SignalTracking
+from elusive.systems.video.about_tracks import NOTHING
 from elusive.systems.video.checks import Judged
 from elusive.systems.video.live import follow_video
 from elusive.systems.video.parameters import VideoTracking
@@ -176,7 +177,7 @@ def test_tracks_that_have_ended_are_counted_alone():
     sea = SimpleNamespace(mean=level, slope=level, across=np.zeros(rows), sector=np.zeros(rows, np.int64))
     turn = SimpleNamespace(place=(0.0, 0.0), sea=sea, time_s=0.0, row_s=np.zeros(rows))
     clutter = SimpleNamespace(fixed=np.zeros((rows, columns), bool), turns=20)
-    learnt = SimpleNamespace(swell=None, ghosts=None)
+    learnt = SimpleNamespace(about=NOTHING)
     power = np.zeros((rows, columns), np.float32)
     heard = SimpleNamespace(turn=turn, held=0.0, power=power, clutter=clutter, learnt=learnt)
     for number in range(1000):
