@@ -39,6 +39,7 @@ class Swell(NamedTuple):
     speed_mps: float
     crest: tuple[float, float] = (0.0, 0.0)  # evidence beside tracks along the crests: its sum, of how many cells
     trough: tuple[float, float] = (0.0, 0.0)  # the same half a wave before and behind
+    was_sure: bool = False
 
     @property
     def length_m(self) -> float:
@@ -51,7 +52,8 @@ class Swell(NamedTuple):
         if min(self.crest[1], self.trough[1]) < FEWEST:
             return False
         contrast = self.crest[0] / self.crest[1] - self.trough[0] / self.trough[1]
-        return contrast > max(LEAST, SURE * SPREAD * math.sqrt(1 / self.crest[1] + 1 / self.trough[1]))
+        error = SPREAD * math.sqrt(1 / self.crest[1] + 1 / self.trough[1])
+        return contrast > (error if self.was_sure else max(LEAST, SURE * error))
 
     def carries(self, track: Track) -> bool:
         """Whether a track goes as its crests do, whatever it does along them."""
@@ -71,19 +73,20 @@ def swell_after(before: Swell | None, tracks: Sequence[Track], turn: EvidenceTur
     if line is None:
         return before
     towards, speed, on_it = line
-    found = Swell(towards, speed)
+    found, was_sure = Swell(towards, speed), False
     own = np.array(alive)[:, [X, Y]]
     crest, trough = _sea_about(means[on_it][:, [X, Y]], own, found, turn, sensor)
     if before is not None:
         turned = abs((towards - before.towards_rad + math.pi) % (2 * math.pi) - math.pi)
         if turned < TURNED and abs(speed / before.speed_mps - 1) < FASTER:
+            was_sure = before.sure
             crest, trough = (
                 (KEPT * old[0] + new[0], KEPT * old[1] + new[1])
                 for old, new in ((before.crest, crest), (before.trough, trough))
             )
         elif before.sure:
             return before
-    return found._replace(crest=crest, trough=trough)
+    return found._replace(crest=crest, trough=trough, was_sure=was_sure)
 
 
 def without_crests(tracks: Sequence[Track], swell: Swell | None) -> tuple[Track, ...]:
