@@ -161,7 +161,7 @@ def test_the_law_alone_has_hardly_a_patch():
 
 
 @pytest.mark.parametrize("fade", [1.0, 1 - 1 / MEMORY])
-def test_what_passes_through_a_cell_does_not_last(fade):
+def test_what_passes_through_a_cell_or_rests_alone_is_no_patch(fade):
     rng, counted = np.random.default_rng(6), Lasting(fade)
     taken = []
     for k in range(60):
@@ -169,7 +169,8 @@ def test_what_passes_through_a_cell_does_not_last(fade):
         came[1, 1] = rng.poisson(0.5)
         came[2, 2] = 4.0 * (20 <= k < 30) + (k == 50)  # a long ship, and an alarm
         came[3, 3] = k == 40
-        came[4, 4] = k % 30 == 5
+        came[4, 4] = 2 * (k % 30 == 5)
+        came[9, 9] = rng.random() < 0.7  # a buoy
         counted.add(came)
         if came[3, 3]:
             taken.append((counted.scan, 3, 3))
@@ -182,3 +183,4 @@ def test_what_passes_through_a_cell_does_not_last(fade):
     assert counted.lasting[4, 4]
     assert not counted.lasting[2, 2]
     assert not counted.lasting[3, 3]
+    assert not counted.lasting[9, 9]

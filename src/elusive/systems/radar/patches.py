@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 from scipy.special import expit, gammaln, logit, xlogy
 
 from elusive.contracts import Array
@@ -26,6 +27,7 @@ SPREAD = 0.5  # shape of the gamma density: rates of patches differ by orders of
 ROUNDS = 8
 FIRST = 0.01  # share of the cells that are taken to have a rate of their own, before any is looked at
 ALL_ALONG = 0.25  # of the variance of the times of what comes at each scan
+COMPANY = 0.6  # of what chance puts beside what comes: two targets have half, three two thirds
 LEAST = 1.0  # alarms in a cell, beyond those that the law tells
 
 
@@ -42,13 +44,15 @@ class Lasting:
     """Counts in the cells of the view that fade, and over what time they came.
 
     Of each cell the moments of the ages of what came: a count that is as old on the whole, and as spread, as one that
-    comes at each scan has come all along.
+    comes at each scan has come all along. And how often several came at once, there or in the cells beside: a target
+    that rests, or hardly sails, is alone, where a Poisson number has company.
     """
 
     def __init__(self, fade: float) -> None:
         self._fade = fade
         self._moments = np.zeros((3, RANGES, BEARINGS))  # number, sum of ages, sum of their squares
         self._all = np.zeros(3)  # the same, one at each scan
+        self._company = np.zeros((RANGES, BEARINGS))  # others in the same scan, of all that came
         self.scan = 0
         """Number of scans."""
 
@@ -59,6 +63,7 @@ class Lasting:
             moments[1] += moments[0]
             moments *= self._fade
             moments[0] += new
+        self._company = self._fade * self._company + came * (_with_beside(came) - 1)
         self.scan += 1
 
     def take_back(self, plots: Iterable[tuple[int, int, int]]) -> None:
@@ -79,10 +84,18 @@ class Lasting:
 
     @property
     def lasting(self) -> NDArray[np.bool_]:
-        """Cells in which it came all along, ``(RANGES, BEARINGS)``."""
-        number, age, square = self._moments / np.maximum(self._moments[0], 1e-9)
+        """Cells in which it came all along, and not alone, ``(RANGES, BEARINGS)``."""
+        number = self._moments[0]
+        age, square = self._moments[1:] / np.maximum(number, 1e-9)
         _, mean, wide = self._all / max(self._all[0], 1e-9)
-        return np.asarray((number > 0) & (square - age**2 > ALL_ALONG * (wide - mean**2)))
+        by_chance = _with_beside(number * _with_beside(number)) / max(self.scans, 1.0)
+        along = square - age**2 > ALL_ALONG * (wide - mean**2)
+        return np.asarray((number > 0) & along & (_with_beside(self._company) > COMPANY * by_chance))
+
+
+def _with_beside(cells: Array) -> Array:
+    """Return sums over cells and those beside them, ``(RANGES, BEARINGS)``; the view goes round."""
+    return np.asarray(9 * uniform_filter(cells, 3, mode=("constant", "wrap")))
 
 
 def cell_of(scan: RadarScan, sensor: RadarSensor) -> tuple[Cells, Cells]:
