@@ -47,6 +47,20 @@ def ground_of(scans):
     return np.array(fixed.ground(SENSOR)).reshape(-1, 6)
 
 
+@pytest.mark.parametrize("headway_m", [200.0, 400.0])
+def test_ships_that_follow_each_other_are_no_ground(headway_m):
+    """Of a radar that rests their way has plots all along, in a row."""
+    rng = np.random.default_rng(4)
+    convoy = np.array([[-500.0 - headway_m * k, 5.0, 1500.0 + 30 * (k % 2), 0.0] for k in range(6)])
+    scans, _ = sailed(rng, 80, np.zeros((0, 2)), np.zeros(0), convoy, moving=False)
+    assert not len(ground_of(scans))
+    echoes, often = coast(rng)
+    scans, _ = sailed(rng, 80, echoes, often, convoy, moving=False)
+    places = ground_of(scans)[:, :2]
+    assert len(places) > 40
+    assert (places[:, 1] < 1300).all()
+
+
 @pytest.mark.parametrize("moving", [True, False])
 def test_a_shore_is_ground_and_what_stands_alone_or_sails_is_not(moving):
     rng = np.random.default_rng(3)

@@ -4,12 +4,14 @@ In most cells of the world the number of plots is Poisson, as dense as round abo
 gamma distributed, found by expectation maximisation as for patches (:mod:`elusive.systems.radar.patches`). Where such
 cells have plots all along, and stand in rows longer than two ships at anchor, they are ground: its plots are a Poisson
 process beside that of the false alarms (Kingman, 1993, Poisson processes, section 2.2), as dense about each place as
-its plots were and may err. What stands alone, a buoy or a ship at anchor, is tracked.
+its plots were and may err. What stands alone, a buoy or a ship at anchor, is tracked. Ships in company have plots all
+along their way, too: in a row of them more plots lie ahead of earlier ones, at some velocity, than beside them.
 """
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -39,7 +41,10 @@ HALF, LEAST = 0.5, 1e-6  # of the plots of a cell that are its own, and plots th
 APART_M, BESIDE = 200.0, 2.0  # of places in a row, which is longer, by cells of an echo: two ships at anchor are none
 WIDER, PRIOR = 1 / 3, 2.0  # of a plot's error, about what was seen of a place; plots as if seen all over its cell
 ECHO = 1.5  # cells, within which plots are of one echo
-MOMENTS = 400  # of the way, at which is asked what was in view
+MOMENTS = 400  # of the way, at which is asked what was in view; latest scans, in which is asked what sails
+LOOKED, SAILS_MPS, FASTEST_MPS = 60, 4.0, 20.0  # scans that are compared with later ones; speeds of what sails in a row
+FINE, FEW = 3, 20  # bins of a velocity that can be told from rest; pairs of plots from which something is said
+BESIDE_AHEAD = 0.85  # pairs at rest to those of a velocity: convoys have .6 at most, shores and quays 1.2 at least
 REACH = 4.0  # deviations of a plot from a place, within which it can be of it
 
 
@@ -56,6 +61,7 @@ class Fixed:
         self._cell_m = cell_m
         self._cells: dict[tuple[int, int], list[float]] = {}  # plots, sums of scans and places, their squares
         self._way: list[tuple[float, float]] = []
+        self._latest = deque[tuple[float, Array]](maxlen=MOMENTS)  # times and places of plots
 
     @classmethod
     def of(cls, sensor: RadarSensor, scans: Sequence[RadarScan]) -> Fixed:
@@ -68,6 +74,7 @@ class Fixed:
         """Take a scan in, whose plots lie at places ``(m, 2)`` [m]."""
         now = float(len(self._way))
         self._way.append((scan.own.x_m, scan.own.y_m))
+        self._latest.append((scan.time_s, places))
         for (column, line), (east, north) in zip(
             np.floor(places / self._cell_m).astype(np.int64).tolist(), places.tolist(), strict=True
         ):
@@ -97,7 +104,9 @@ class Fixed:
             own, share, mean = own_rates(counts, law, lasting, share, mean)
         rate = own[enough] / np.maximum(scans, 1.0)
         found = np.flatnonzero((own[enough] > HALF * number) & (rate > SELDOM))
-        found = found[_in_rows(places[found], self._cell_m)]
+        row = _rows(places[found], self._cell_m)
+        rest = [one for one in np.unique(row[row >= 0]) if self._rests(places[found], row == one)]
+        found = found[np.isin(row, rest)]
         if not len(found):
             return ()
         places, number, square = places[found], number[found], square[found] - _squares(places[found])
@@ -107,6 +116,30 @@ class Fixed:
         square[:, :2] += PRIOR / number[:, None] * self._cell_m**2 / 12
         square *= (number / (number + PRIOR))[:, None]
         return tuple(map(tuple, np.column_stack([places, square, often]).tolist()))
+
+    def _rests(self, places: Array, row: NDArray[np.bool_]) -> bool:
+        """Whether plots of a row of places ``(n, 2)`` are rather where earlier ones were than ahead of them."""
+        tree, latest = cKDTree(places), list(self._latest)
+        times = np.array([time_s for time_s, _ in latest])
+        lag_s = 3 * self._cell_m / SAILS_MPS  # over which what sails leaves two cells, four deviations of a plot
+        bins = np.arange(-FASTEST_MPS, FASTEST_MPS, 2 * self._cell_m / lag_s / FINE)
+        bins, counts = bins - bins.mean(), np.zeros((len(bins) - 1, len(bins) - 1))
+        for k in range(0, len(latest), max(1, len(latest) // LOOKED)):
+            theirs = self._of(latest[k][1], tree, row)
+            first, last = np.searchsorted(times, times[k] + lag_s * np.array([1, 2]))
+            for later in range(first, min(last + 1, len(latest)), max(1, (last - first) // FINE)):
+                plots = self._of(latest[later][1], tree, row, alone=True)
+                velocity = (plots[:, None] - theirs).reshape(-1, 2) / max(times[later] - times[k], 1e-9)
+                counts += np.histogram2d(velocity[:, 0], velocity[:, 1], bins)[0]
+        near, middle = FINE**2 * uniform_filter(counts, FINE, mode="constant"), len(counts) // 2
+        rest = near[middle, middle]
+        near[middle - 4 : middle + 5, middle - 4 : middle + 5] = 0.0
+        return bool(counts.sum() < FEW or rest > BESIDE_AHEAD * near.max())
+
+    def _of(self, plots: Array, tree: cKDTree, row: NDArray[np.bool_], *, alone: bool = False) -> Array:
+        """Return those of plots ``(m, 2)`` that are of some of the places, and perhaps what stands alone."""
+        off, which = tree.query(plots.reshape(-1, 2))
+        return plots[np.where(off < ECHO * self._cell_m, row[which.clip(max=len(row) - 1)], alone)]
 
 
 def _squares(places: Array) -> Array:
@@ -135,18 +168,15 @@ def _in_view(places: Array, way: Array, sensor: RadarSensor) -> tuple[Array, Arr
     return seen.mean(axis=1) * len(way), seen @ when.astype(float) ** 2 / share - mean**2
 
 
-def _in_rows(places: Array, cell_m: float) -> NDArray[np.bool_]:
-    """Which of places ``(n, 2)`` are of a row that is long."""
+def _rows(places: Array, cell_m: float) -> NDArray[np.int64]:
+    """Of which row that is long each of places ``(n, 2)`` is; -1: of none."""
     n = len(places)
     if not n:
-        return np.zeros(0, dtype=bool)
+        return np.zeros(0, dtype=np.int64)
     pairs = cKDTree(places).query_pairs(APART_M, output_type="ndarray")
     _, row = connected_components(coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n)), directed=False)
-    long = np.zeros(row.max() + 1, dtype=bool)
-    for one in range(len(long)):
-        its = places[row == one]
-        long[one] = math.hypot(*np.ptp(its, axis=0)) > APART_M + BESIDE * cell_m
-    return np.asarray(long[row])
+    long = [math.hypot(*np.ptp(places[row == one], axis=0)) > APART_M + BESIDE * cell_m for one in range(row.max() + 1)]
+    return np.where(np.array(long)[row], row, -1).astype(np.int64)
 
 
 class GroundEchoes(NamedTuple):
