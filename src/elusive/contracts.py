@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from elusive.errors import DataError
 
 Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 X, VX, Y, VY, INTENSITY = 0, 1, 2, 3, -1
 
 State = TypeVar("State")

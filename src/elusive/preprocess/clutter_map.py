@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr
 from scipy.ndimage import uniform_filter1d
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.model import Model, Positive, Probability
 from elusive.sensors.radar_video import SeaLevel
 
@@ -42,7 +42,6 @@ REST = 1.5  # evidence over which the tail's exponent is read
 
 
 Levels = NDArray[np.float32]
-Flags = NDArray[np.bool_]
 Places = NDArray[np.int64]
 Expected = tuple[Levels, Levels, Places, Levels, Places, Levels, Flags, Flags]
 

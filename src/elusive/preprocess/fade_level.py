@@ -14,13 +14,13 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.errors import DataError
 from elusive.model import Model, Positive
 from elusive.preprocess.channel_bursts import disturbed
 from elusive.preprocess.link_calibration import Calibrate, Calibration, fade_level
 from elusive.preprocess.link_drift import Drift, drift_after, no_drift, of_drift
-from elusive.preprocess.link_settled import Flags, Settled
+from elusive.preprocess.link_settled import Settled
 from elusive.preprocess.node_gains import node_gains, of_readings
 from elusive.sensors.radio_network import Indices, RssFrame, nodes_of, undirected_of
 

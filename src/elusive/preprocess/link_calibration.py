@@ -13,10 +13,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.errors import DataError
 from elusive.model import Model, Positive, Probability
 from elusive.preprocess.link_presence import wandering
@@ -35,8 +34,6 @@ LEAST_SD_DB = 0.5  # readings are often whole decibels
 # deviations of chance, from which both directions of links wander alike, of busy links, and of others; voxels that
 # vary by themselves, as in simulated logs, make links busy
 BUSY_WANDERS, WANDERS = 2.0, 3.0
-
-Flags = NDArray[np.bool_]
 
 
 class Calibration(NamedTuple):

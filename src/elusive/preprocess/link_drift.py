@@ -14,9 +14,8 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.sensors.radio_network import Indices, directed_links_of
 
 MEMORIES_S, LEAST_FRAMES = (1.0, 4.0, 16.0), 2.0  # that gains are taken from
@@ -27,8 +26,6 @@ PRIOR_DB = 3.0  # deviation of a gain before anything is known
 # share of the readings that are foretold by gains that drift and not by those that stay: .01 at most of who walks or
 # sits, .02 where people change half of the links, or a cabinet was moved
 SURE = 0.03
-
-Flags = NDArray[np.bool_]
 
 
 class Drift(NamedTuple):

@@ -12,9 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.preprocess.link_calibration import Calibration
 from elusive.sensors.radio_network import RadioNodes, directed_links_of
 
@@ -24,9 +23,6 @@ OFF_SD, QUIET_SD = 2.0, 1.5  # deviations of the empty room: off by more, and va
 LEAST_ASIDE = 0.2  # share of the readings that run by nobody, below which nothing is decided
 ANOTHER_ROOM = 0.12  # share of those that run by nobody: who stood still .0 to .08, doors .2 to .3, drifts .3 to .6
 BESIDE_M = 0.5  # excess path below which a link runs by a person
-
-
-Flags = NDArray[np.bool_]
 
 
 def away_from(nodes: RadioNodes, places_m: Array) -> Flags:

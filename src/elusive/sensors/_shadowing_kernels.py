@@ -10,10 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 
 Indices = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 Slope = tuple[float, float]  # a value and its slope
 CHUNK = 16  # readings whose ratios stay within the range of numbers when multiplied
 GONE = 36.0  # lengths after which a decay, 2e-16, is nothing

@@ -17,14 +17,12 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from pydantic import Field
 
-from elusive.contracts import Array, interval_since
+from elusive.contracts import Array, Flags, interval_since
 from elusive.errors import DataError
 from elusive.filters.gaussian.factor_graph_fix import FactorGraphFix, Fixes
 from elusive.model import NonNegative, Positive
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearing_table import tabulated
-
-Flags = NDArray[np.bool_]
 
 
 class FactorGraphState(NamedTuple):

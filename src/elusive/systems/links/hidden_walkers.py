@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.errors import DataError
 from elusive.filters.particle.parts import switching
 from elusive.geometry.areas import Area
@@ -24,8 +24,6 @@ from elusive.sensors.shadowing_slopes import Placed
 
 LEAST_MASS = 1e-3  # of a cell that counts
 APART_M = 1.0  # of people: a nearer one explains what the cells blur of another
-
-Flags = NDArray[np.bool_]
 
 
 class Where(NamedTuple):

@@ -13,13 +13,13 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import Field
 
-from elusive.contracts import X, Y
+from elusive.contracts import Flags, X, Y
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate
-from elusive.preprocess.link_settled import Flags, away_from
+from elusive.preprocess.link_settled import away_from
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
