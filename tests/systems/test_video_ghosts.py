@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.io.radar_video import open_radar_video
-from elusive.sensors.spokes import join_spokes
+from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
@@ -24,12 +24,8 @@ def test_an_echo_of_an_echo_is_named_and_no_ship(tmp_path, ship, other, ghost):
     radar = VideoRadar(spokes=360, samples=120, step_m=20.0, pulse_m=40.0, beam_deg=3.0, start_m=200.0)
     sea = Sea(radar, SeaState(), Still(np.zeros(cell_places(radar).shape[:2])))
     rng = np.random.default_rng(3)
-    whole = join_spokes(list(turns(sea, 18, np.array([ship, other]), np.array([28.0, 16.0]), rng)))
     path = tmp_path / "video.npz"
-    np.savez(
-        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
-        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
-    )  # fmt: skip
+    write_radar_video_arrays(path, turns(sea, 18, np.array([ship, other]), np.array([28.0, 16.0]), rng))
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     now = [one[[0, 2]] + outcome.tracked.times_s[-1] * one[[1, 3]] for one in (ship, other)]
     sure = [
@@ -55,11 +51,8 @@ def test_behind_a_ship_that_comes_straight_is_an_echo_of_its_echo_or_one_in_its_
         now[:, 0::2] += 2.5 * turn * ships[:, 1::2]
         level = np.array([30.0, 20.0]) + 10 * np.log10(power[[0, 0]] if ghost else power)
         parts.append(sea.turn(2.5 * turn, now, level, rng))
-    whole, path = join_spokes(parts), tmp_path / "video.npz"
-    np.savez(
-        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
-        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
-    )  # fmt: skip
+    path = tmp_path / "video.npz"
+    write_radar_video_arrays(path, parts)
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     last = {bool(one.confirmed[-1]): one for one in outcome.tracked.paths}
     assert len(outcome.tracked.paths) == 2

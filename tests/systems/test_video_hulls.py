@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elusive.io.radar_video import open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.echoes import POINTLIKE, echo_at
 from elusive.systems.video.hulls import as_ships, hulls_after
 from elusive.systems.video.moved import moved_after, without_still
@@ -128,12 +128,8 @@ def test_a_hull_of_many_cells_is_one_ship_where_it_is(tmp_path):
     parts = np.column_stack(
         [start[0] + along[:, 0], np.full(7, speed * way[0]), start[1] + along[:, 1], np.full(7, speed * way[1])]
     )
-    whole = join_spokes(list(turns(sea, 26, parts, np.full(7, 24.0), rng)))
     path = tmp_path / "video.npz"
-    np.savez(
-        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
-        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
-    )  # fmt: skip
+    write_radar_video_arrays(path, turns(sea, 26, parts, np.full(7, 24.0), rng))
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     now = start + outcome.tracked.times_s[-1] * speed * way
     sure = [

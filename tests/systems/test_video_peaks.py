@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from elusive.io.radar_video import open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.peaks import at_peaks, peaks_after, told, told_by
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
@@ -22,12 +22,8 @@ def test_a_slow_strong_ship_is_told_where_it_is(tmp_path):
     radar = VideoRadar(spokes=512, samples=160, step_m=12.5, pulse_m=25.0, beam_deg=2.0, start_m=300.0)
     sea = Sea(radar, SeaState(shape=1.0), Still(np.zeros(cell_places(radar).shape[:2])))
     ship = np.array([-900.0, 2.2, 800.0, 1.2])
-    whole = join_spokes(list(turns(sea, 30, ship[None], np.array([38.0]), np.random.default_rng(7))))
     path = tmp_path / "video.npz"
-    np.savez(
-        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
-        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
-    )  # fmt: skip
+    write_radar_video_arrays(path, turns(sea, 30, ship[None], np.array([38.0]), np.random.default_rng(7)))
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     (track,) = outcome.tracked.paths
     off = np.hypot(*(track.places - ship[[0, 2]] - track.times_s[:, None] * ship[[1, 3]]).T)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elusive.io.radar_video import open_radar_video
+from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.preprocess.side_lobes import without_side_lobes
 from elusive.sensors.spokes import join_spokes
 from elusive.systems.video.parameters import VideoTracking
@@ -47,10 +48,7 @@ def test_side_lobes_of_a_strong_ship_are_no_ships(tmp_path):
         for spokes in spokes_of(scenario, simulation, rng)
     ]
     whole, path = join_spokes(turns), tmp_path / "video.npz"
-    np.savez(
-        path, amplitude=whole.amplitude, time_s=whole.time_s, azimuth_deg=np.degrees(whole.azimuth_rad),
-        from_north=True, start_m=whole.start_m, step_m=whole.step_m, bits=32,
-    )  # fmt: skip
+    write_radar_video_arrays(path, [whole])
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     assert len(outcome.tracked.paths) == 2
     for ship in (strong, scenario.ships[0]):
