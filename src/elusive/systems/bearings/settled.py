@@ -11,7 +11,7 @@ from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.found_norths import Norths, norths_found
+from elusive.systems.bearings.found_norths import Norths, exact, norths_found
 from elusive.systems.bearings.heard import bearings_of, starts_of
 from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
 from elusive.systems.bearings.own import direction_of
@@ -19,6 +19,7 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import LEAST_TIMES, powers_found, whole, whole_path
 
 ROUNDS, LEAST_LEFT = 3, 30  # in which each is sought given the others; residuals that tell a deviation
+LARGER = (3.0, 10.0)  # times a deviation that is told
 LEAST_DEG, MOST_DEG = 0.01, 6.0  # of a bearing; beyond, azimuths rather mean something else
 
 
@@ -55,7 +56,22 @@ def settled(
             asked = asked.replace(sigma_deg=scattered(asked, sites, own))
         if not straight:
             norths = norths_found(asked, sites, alone)
+    if given.sigma_deg is not None and not straight and _too_sure(asked, norths, sites, alone):
+        norths = exact(sites)
     return asked, norths
+
+
+def _too_sure(asked: BearingTracking, norths: Norths, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> bool:
+    """Say whether bearings rather are less precise than was told, which is another thing to say than norths."""
+    as_told = _evidence(asked, sites, [[norths.righted(one) for one in part] for part in alone])
+    larger = [asked.replace(sigma_deg=min(times * asked.deviation_deg, asked.most_sigma_deg)) for times in LARGER]
+    return any(_evidence(one, sites, alone) > as_told for one in larger)
+
+
+def _evidence(asked: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:
+    """Log evidence of emitters' paths."""
+    paths = [whole_path(whole(asked), part, sites) for part in alone if len(part) >= LEAST_TIMES]
+    return sum(-math.inf if path is None else path.log_evidence for path in paths)
 
 
 def scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:

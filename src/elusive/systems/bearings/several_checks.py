@@ -12,7 +12,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
-from elusive.systems.bearings.choices import SeveralEmitters
+from elusive.systems.bearings.choices import Powered, SeveralEmitters
 from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.found_norths import norths_of
 from elusive.systems.bearings.geometry import geometry_findings
@@ -24,6 +24,7 @@ from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.readings import CONVENTIONS, reread
+from elusive.systems.bearings.settled import LARGER
 from elusive.systems.bearings.several import track_several
 from elusive.tracking.track import Step
 
@@ -38,7 +39,6 @@ CHANCE = 2.0  # times the share that comes again by chance
 WIDE, NARROW = 1.4, 0.6  # residuals in the median, to those expected, beyond their own error
 TRIED_TIMES = 80
 BETTER = 0.8  # of the share left, which another reading must leave
-LARGER = (3.0, 10.0)  # deviations that are tried, of the one told
 WINDOW, ASTRAY = 10, 6.0  # times, and mean square of the residuals over them; by chance up to 5.5
 MOST_EMITTERS = 3  # whose bearings tell of the sensors' errors
 BLURRED = 2.0  # deviations of a bearing: a track's direction, from a sensor that is near, that is known no better
@@ -146,7 +146,8 @@ def coherent(scale: CrowdScale) -> bool:
 
 def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
     """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found."""
-    norths = learnt_norths_finding(norths_of(parameters, sites), parameters, sites)
+    norths = norths_of(parameters, sites)
+    off = learnt_norths_finding(norths, parameters, sites)
     assert isinstance(parameters.emitters, SeveralEmitters)
     parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_spread_deg2=None))
     scale = crowd_scale(steps, sites, parameters.deviation_deg)
@@ -154,9 +155,10 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     wide = scale.number >= LEAST and scale.half > WIDE + error
     ghosts = scale.crossed > CROSSED
     bad = wide or coherent(scale) or ghosts
-    sentence, remedy = _cause(steps, parameters, sites, scale) if bad else ("", "")
+    tried = [step.measurement for step in steps[:TRIED_TIMES]]
+    sentence, remedy = _cause([norths.as_heard(one) for one in tried], parameters, sites, scale) if bad else ("", "")
     found = [
-        norths,
+        off,
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
         repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),
@@ -210,16 +212,22 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
 
 
 def _cause(
-    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, scale: CrowdScale
+    heard: list[BearingSet], parameters: BearingTracking, sites: SensorSites, scale: CrowdScale
 ) -> tuple[str, str]:
-    """Say what would leave less, and what to do."""
-    heard: list[BearingSet] = [step.measurement for step in steps[:TRIED_TIMES]]
+    """Say what would leave less of bearings as they came, and what to do."""
     wanted = BETTER * scale.left if coherent(scale) else scale.left + 2 * LEFT
     for convention in CONVENTIONS:
         if _leaves(reread(heard, convention), parameters, sites, wanted):
             return f"; they fit if the azimuths are read {convention.name}", convention.remedy
+    # what was found with a deviation that is wrong is no less so: how emitters move, and how they are heard
+    emitters, motion = parameters.emitters, parameters.motion
+    assert isinstance(emitters, SeveralEmitters)
+    emitters = emitters.replace(detection_probability=None, false_bearings=None, manoeuvre_share=None)
+    usual = parameters.replace(
+        emitters=emitters, motion=motion.replace(q=None) if isinstance(motion, Powered) else motion
+    )
     for times in LARGER:
-        other = parameters.replace(sigma_deg=min(times * parameters.deviation_deg, 30.0))
+        other = usual.replace(sigma_deg=min(times * parameters.deviation_deg, 30.0))
         if _leaves(heard, other, sites, wanted):
             return (
                 f"; less is left with a deviation of {other.deviation_deg:.2g} degrees",
