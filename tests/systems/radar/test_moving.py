@@ -59,6 +59,15 @@ def test_what_is_told_with_a_probability_moves_as_often() -> None:
         assert abs((kinds[which] > 0).sum() - told[which].sum()) < 3.5 * sd
 
 
+@pytest.mark.parametrize("interval_s", [0.0, 1e-3, 60.0, 1e4])
+def test_probabilities_stay_such_over_any_interval(interval_s: float) -> None:
+    states = np.random.default_rng(1).normal(0, 5, (20, 4)), np.tile(np.diag([10.0, 3.0, 10.0, 3.0]), (20, 1, 1))
+    told = Ways.of(*states, 8.0).predicted(*states, interval_s)
+    assert told.share.sum(axis=1) == pytest.approx(1.0)
+    assert (told.share >= 0).all()
+    assert (np.linalg.eigvalsh(told.covariance) > -1e-9).all()
+
+
 def test_a_buoy_rests_a_slow_ship_moves_and_one_that_anchors_comes_to_rest() -> None:
     """Tracks of a radar that errs by 10 m: all have velocities of metres a second at first."""
     times = np.arange(0.0, 240.0, 2.0)

@@ -44,7 +44,7 @@ ECHO = 1.5  # cells, within which plots are of one echo
 MOMENTS = 400  # of the way, at which is asked what was in view; latest scans, in which is asked what sails
 LOOKED, SAILS_MPS, FASTEST_MPS = 60, 4.0, 20.0  # scans that are compared with later ones; speeds of what sails in a row
 FINE, FEW = 3, 20  # bins of a velocity that can be told from rest; pairs of plots from which something is said
-BESIDE_AHEAD = 0.85  # pairs at rest to those of a velocity: convoys have .6 at most, shores and quays 1.2 at least
+BESIDE_AHEAD = 1.1  # pairs at rest to those of a velocity: convoys have .8 at most, shores and quays 1.5 at least
 REACH = 4.0  # deviations of a plot from a place, within which it can be of it
 
 
@@ -122,8 +122,10 @@ class Fixed:
         tree, latest = cKDTree(places), list(self._latest)
         times = np.array([time_s for time_s, _ in latest])
         lag_s = 3 * self._cell_m / SAILS_MPS  # over which what sails leaves two cells, four deviations of a plot
-        bins = np.arange(-FASTEST_MPS, FASTEST_MPS, 2 * self._cell_m / lag_s / FINE)
-        bins, counts = bins - bins.mean(), np.zeros((len(bins) - 1, len(bins) - 1))
+        wide_mps = 2 * self._cell_m / lag_s / FINE
+        middle = int(FASTEST_MPS / wide_mps)
+        bins = wide_mps * (np.arange(2 * middle + 2) - middle - 0.5)
+        counts = np.zeros((2 * middle + 1, 2 * middle + 1))
         for k in range(0, len(latest), max(1, len(latest) // LOOKED)):
             theirs = self._of(latest[k][1], tree, row)
             first, last = np.searchsorted(times, times[k] + lag_s * np.array([1, 2]))
@@ -131,7 +133,7 @@ class Fixed:
                 plots = self._of(latest[later][1], tree, row, alone=True)
                 velocity = (plots[:, None] - theirs).reshape(-1, 2) / max(times[later] - times[k], 1e-9)
                 counts += np.histogram2d(velocity[:, 0], velocity[:, 1], bins)[0]
-        near, middle = FINE**2 * uniform_filter(counts, FINE, mode="constant"), len(counts) // 2
+        near = FINE**2 * uniform_filter(counts, FINE, mode="constant")
         rest = near[middle, middle]
         near[middle - 4 : middle + 5, middle - 4 : middle + 5] = 0.0
         return bool(counts.sum() < FEW or rest > BESIDE_AHEAD * near.max())

@@ -69,7 +69,8 @@ class Ways(NamedTuple):
 
     def predicted(self, mean: Array, covariance: Array, interval_s: float) -> Ways:
         """Move over an interval, before which the tracker knew the tracks with means and covariances."""
-        leaves, settles = -np.expm1(-interval_s * CHANGES_PER_S), -np.expm1(-interval_s * SETTLES_PER_S)
+        leaves = -np.expm1(-interval_s * CHANGES_PER_S)
+        settles = -np.expm1(-interval_s * SETTLES_PER_S.sum()) * SETTLES_PER_S / SETTLES_PER_S.sum()
         stay, come = self.share[:, :2] * (1 - leaves), self.share[:, 2:] * settles
         on = self.share[:, 2] * (1 - settles.sum()) + self.share[:, :2] @ leaves
         settled, spread = np.stack([mean, mean], axis=1), np.stack([covariance, covariance], axis=1)
