@@ -23,8 +23,8 @@ ITERATIONS, ENOUGH = 8, 0.005  # steps, and the least [px of the map, at its edg
 OVERLAP = 0.25  # of the map that must lie over the earlier one
 PROMISES = 3.0  # Rao's statistic (1948) of the four linear terms before the first step, below which none is made
 BELIEVED = 30.0  # Wald's, from which a map is believed
-PARTS, SHARE = 8, 0.8  # of the longer side; of the parts, that it lays better than a shift does: else it is of a layer
-FADES, TOGETHER = 0.8, 0.9  # left of how much better, a frame later; of the parts, with frames before: a slow roll
+PARTS, SHARE = 8, 5 / 6  # of the longer side; of the parts, that it lays better than a shift does: else of a layer
+FADES, OFTEN, TOGETHER = 0.8, 1.0, 0.9  # left of how often, a frame later; from which, in how many parts: a slow roll
 FEW = 4  # of so many rows one shows the errors' scale
 LEAST_SCALE, RIDGE = 1e-6, 1e-9
 APART = 10  # frames between earlier ones that are kept: the last but one is what a frame is compared with
@@ -44,7 +44,7 @@ class Deforming(NamedTuple):
     anchors: tuple[Anchor, ...] = ()  # the earliest first
     age: int = 0  # of the latest [frames]
     held: int = 0  # frames for which the scene is taken to deform
-    better: Array = np.zeros(PARTS * PARTS)  # by how much maps laid parts of a frame better than shifts did, lately
+    better: Array = np.zeros(PARTS * PARTS)  # how often maps, less how often shifts laid parts better lately
 
 
 def deformation(image: Image, step_px: Array, k: int, known: Deforming) -> tuple[Array | None, Deforming]:
@@ -76,8 +76,8 @@ def deformation(image: Image, step_px: Array, k: int, known: Deforming) -> tuple
         shifted = _fitted(image, first._replace(way=_shift(first.way[0])), terms=2)
         if shifted is not None:
             gain, seen = _gains(image, first.image, way, shifted[0], scale)
-            better = better + gain
-            if np.mean(gain[seen] > 0) > SHARE or np.mean(better[seen] > 0) > TOGETHER:
+            better = better + np.sign(gain)
+            if np.mean(gain[seen] > 0) > SHARE or np.mean(better[seen] > OFTEN) > TOGETHER:
                 held = HELD
     if not held:
         way = _shift(way[0])
