@@ -44,10 +44,10 @@ def track(number, column, status="confirmed", existence=1.0):
 
 
 def test_an_echo_of_a_point_is_at_its_peak_and_a_long_one_at_its_middle():
-    point = echo_at(turn_of(points([60.3], [1000.0])), SENSOR, TOP, 62)
+    point = echo_at(turn_of(points([60.3], [1000.0])), SENSOR, TOP, 62, 1.0)
     np.testing.assert_allclose(np.hypot(*point.at), SENSOR.grid[0] + 60.3 * SENSOR.grid[1], atol=0.1 * SENSOR.grid[1])
     np.testing.assert_array_equal(point.reach, POINTLIKE)
-    long = echo_at(turn_of(points(np.arange(50, 71), np.full(21, 1000.0))), SENSOR, TOP, 52)
+    long = echo_at(turn_of(points(np.arange(50, 71), np.full(21, 1000.0))), SENSOR, TOP, 52, 1.0)
     np.testing.assert_allclose(np.hypot(*long.at), SENSOR.grid[0] + 60 * SENSOR.grid[1], atol=0.1 * SENSOR.grid[1])
     out = long.at / np.hypot(*long.at)
     far = np.sqrt(out @ long.reach @ out) / SENSOR.grid[1]  # an even echo of n cells: its deviation is n / sqrt(12)
@@ -59,25 +59,25 @@ def test_the_middle_of_a_long_echo_is_steadier_than_its_peak():
     rng, off = np.random.default_rng(1), []
     for _ in range(60):
         power = points(np.linspace(48, 72, 9), 3000 * rng.exponential(size=9))
-        off.append(np.hypot(*echo_at(turn_of(power), SENSOR, TOP, 60).at) - SENSOR.grid[0] - 60 * SENSOR.grid[1])
+        off.append(np.hypot(*echo_at(turn_of(power), SENSOR, TOP, 60, 1.0).at) - SENSOR.grid[0] - 60 * SENSOR.grid[1])
     assert np.std(off) < 0.4 * 24 / np.sqrt(12) * SENSOR.grid[1]  # of what an even choice among the places scatters
 
 
 def test_what_reaches_further_than_a_ship_is_no_ships_middle():
-    coast = echo_at(turn_of(points(np.arange(20, 101), np.full(81, 1000.0))), SENSOR, TOP, 60)
+    coast = echo_at(turn_of(points(np.arange(20, 101), np.full(81, 1000.0))), SENSOR, TOP, 60, 1.0)
     np.testing.assert_array_equal(coast.reach, POINTLIKE)
 
 
-@pytest.mark.parametrize("between", [True, False])
-def test_tracks_between_whom_the_echo_goes_on_are_one_ship(between):
+@pytest.mark.parametrize(("between", "slope"), [(True, 1.0), (False, 1.0), (True, 0.3), (False, 0.3)])
+def test_tracks_between_whom_the_echo_goes_on_are_one_ship(between, slope):
+    """Whatever a receiver makes of power: ``slope`` 1, or nearly its logarithm."""
     rng, hulls, told = np.random.default_rng(2), None, []
     places = np.linspace(50, 62, 7) if between else np.array([50.0, 62.0])
     for k in range(12):
         moved = places + 2 * k
         tracks = (track(3, 50 + 2 * k), track(7, 62 + 2 * k))
-        turn = turn_of(
-            points(moved, 1000 * rng.exponential(size=len(moved))) * rng.exponential(size=SENSOR.shape), 2.5 * k
-        )
+        power = points(moved, 1000 * rng.exponential(size=len(moved))) * rng.exponential(size=SENSOR.shape)
+        turn = turn_of(power**slope, 2.5 * k)
         hulls = hulls_after(hulls, tracks, turn, SENSOR)
         told.append(as_ships(tracks, hulls))
     assert [[(one.track, one.status) for one in some] for some in told[:2]] == 2 * [

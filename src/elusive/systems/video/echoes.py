@@ -19,8 +19,11 @@ from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 
 LONGEST_M = 400.0  # a ship
 CLIMB = 16  # cells from a place to its echo's peak, at most
-POINT = 6  # cells and rows that a point's echo covers, at most: from the peak's power down to a hundredth of it
-OVER_SEA, BELOW = math.log(6.0), math.log(100.0)  # of what is an echo: over the sea, and under its peak
+POINT = 0.85  # deviation of a point's echo, in cells and rows
+OVER_SEA = 2.5  # of what is an echo: in deviations of the sea about what is expected of it
+OF_PEAK = 1 / 3  # and of its peak's logarithm over the sea's, whatever amplitudes a receiver makes of echoes
+QUARTERS = math.log(math.log(4.0) / math.log(4 / 3))  # between quartiles of an exponential's logarithm
+MOST_CELLS = 20_000  # by which the sea's deviation is read
 POINTLIKE = np.zeros((2, 2))
 
 
@@ -32,11 +35,20 @@ class Echo(NamedTuple):
     reach: Array  # (2, 2) covariance of its power's places about that, beyond a point's [m^2]
 
 
-def echo_at(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int) -> Echo:
-    """Return the echo uphill from a cell, which is not in the first column nor in the last."""
+def sea_deviation(turn: EvidenceTurn) -> float:
+    """Return how far the logarithm of the sea's power is off what is expected: 1 if the power is exponential."""
+    rows, columns = turn.power.shape
+    every = max(1, math.ceil(turn.power.size / MOST_CELLS))
+    over = turn.over_sea(np.arange(0, rows, every)[:, None], np.arange(columns))
+    known = over[np.isfinite(over)]
+    return float(np.diff(np.quantile(known, [0.25, 0.75]))[0]) / QUARTERS if len(known) else 1.0
+
+
+def echo_at(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, deviation: float) -> Echo:
+    """Return the echo uphill from a cell, neither in the first column nor in the last; ``deviation`` is the sea's."""
     (first, step, pitch), (down, right) = sensor.grid, (0.0, 0.0)
     row, column = _peak(turn.power, row, column)
-    middle = _middle(turn, sensor, row, column)
+    middle = _middle(turn, sensor, row, column, OVER_SEA * deviation)
     if middle is None:
         rows = len(turn.power)
         down = _top(turn.power[(row + np.arange(-1, 2)) % rows, column])
@@ -66,18 +78,19 @@ def _peak(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
     return row, column
 
 
-def _middle(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int) -> tuple[Array, Array] | None:
+def _middle(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, least: float) -> tuple[Array, Array] | None:
     """Rows and columns from a peak to its echo's middle, and their covariance; None if it is a point's or no ship's."""
     (first, step, pitch), (rows, columns) = sensor.grid, sensor.shape
     tall = min(math.ceil(LONGEST_M / (pitch * (first + column * step))), rows // 4)
     low, high = max(column - math.ceil(LONGEST_M / step), 0), min(column + math.ceil(LONGEST_M / step) + 1, columns)
     over = turn.over_sea((row + np.arange(-tall, tall + 1))[:, None] % rows, np.arange(low, high))
-    least = max(OVER_SEA, float(over[tall, column - low]) - BELOW)
+    least = max(least, OF_PEAK * float(over[tall, column - low]))
     labels = ndimage.label(over > least, np.ones((3, 3)))[0]
     own = labels[tall, column - low]
     i, j = np.nonzero(labels == own)
     edges = min(i.min(), j.min()) == 0 or i.max() == 2 * tall or j.max() == high - low - 1
-    if not own or edges or max(np.ptp(i), np.ptp(j)) <= POINT:
+    across = 2 * POINT * math.sqrt(2 * max(float(over[tall, column - low]) - least, 0.0)) + 1  # of a point as strong
+    if not own or edges or max(np.ptp(i), np.ptp(j)) <= across:
         return None
     weight = over[i, j] - least
     weight /= weight.sum()

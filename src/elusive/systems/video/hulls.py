@@ -16,7 +16,7 @@ import numpy as np
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import LONGEST_M
+from elusive.systems.video.echoes import LONGEST_M, OVER_SEA, sea_deviation
 from elusive.tracking.track import Track
 
 PLACE, VELOCITY = [X, Y], [VX, VY]
@@ -25,8 +25,8 @@ ABOUT = [(down, right) for down in (-1, 0, 1) for right in (-1, 0, 1)]  # a trac
 APART = 4.5  # cells or rows between two tracks, from which two echoes would leave the sea between them
 LATEST = 0.85  # share of what is remembered of it that counts a turn later
 FEWEST = 3  # turns after which it is believed
-OVER_SEA, BELOW = math.log(6.0), math.log(10.0)  # of the least between: over the sea, and under the fainter of both
-PARTED = math.log(3.0)  # by which that has to be less before parts are two ships again
+OF_ENDS = 0.5  # of the least between, to the fainter of both: of the logarithms over the sea's, as receivers differ
+PARTED = 0.5  # of all that, below which parts are two ships again
 
 
 class Hulls(NamedTuple):
@@ -42,16 +42,21 @@ def hulls_after(before: Hulls | None, tracks: Sequence[Track], turn: EvidenceTur
     old = before or Hulls({}, {}, frozenset())
     alive = {track.track: track for track in tracks if track.status != "deleted"}
     between = {pair: kept for pair, kept in old.between.items() if set(pair) <= alive.keys()}
-    for one, other in combinations((track for track in alive.values() if track.status == "confirmed"), 2):
+    for one, other in combinations(alive.values(), 2):
         pair = one.track, other.track
+        if "confirmed" not in (one.status, other.status):
+            continue
         if math.dist(one.mean[PLACE], other.mean[PLACE]) > LONGEST_M:
             between.pop(pair, None)
         elif (line := _line(one, other, turn, sensor)) is not None:
             turns, kept = between.get(pair, (0, line))
             between[pair] = turns + 1, kept + max(1 / (turns + 1), 1 - LATEST) * (line - kept)
     told = {number: old.ships.get(number, number) for number in alive}
+    least = OVER_SEA * sea_deviation(turn)
     one_ship = [
-        pair for pair, (turns, line) in between.items() if _goes_on(line, turns, told[pair[0]] == told[pair[1]])
+        pair
+        for pair, (turns, line) in between.items()
+        if _goes_on(line, turns, least, together=told[pair[0]] == told[pair[1]])
     ]
     ships = _named(told, one_ship)
     return Hulls(between, ships, frozenset(ships.keys() - old.ships.keys()))
@@ -88,12 +93,12 @@ def _named(told: dict[int, int], pairs: Iterable[tuple[int, int]]) -> dict[int, 
     return {number: name for number, name in named.items() if number != name}
 
 
-def _goes_on(line: Array, turns: int, together: bool) -> bool:
+def _goes_on(line: Array, turns: int, least: float, *, together: bool) -> bool:
     """Whether an echo goes on from end to end; that of one ship so far, unless it clearly does not."""
     if turns < FEWEST:
         return together
-    least, margin = float(line[1:-1].min()), PARTED if together else 0.0
-    return least > OVER_SEA - margin and least > min(line[0], line[-1]) - BELOW - margin
+    asked = max(least, OF_ENDS * min(float(line[0]), float(line[-1])))
+    return float(line[1:-1].min()) > (PARTED if together else 1.0) * asked
 
 
 def _line(one: Track, other: Track, turn: EvidenceTurn, sensor: RadarVideo) -> Array | None:

@@ -19,7 +19,7 @@ import numpy as np
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian.place_bank import PlaceBank
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import CLIMB, POINTLIKE, echo_at
+from elusive.systems.video.echoes import CLIMB, POINTLIKE, echo_at, sea_deviation
 from elusive.tracking.track import Track
 
 PLACE, VELOCITY = [X, Y], [VX, VY]
@@ -47,14 +47,14 @@ Echoes = Mapping[int, Peaks]  # of each track, by number
 
 def peaks_after(before: Echoes | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo) -> Echoes:
     """Return what peaks of tracks' echoes tell after a turn."""
-    found, east_north = dict[int, Peaks](), np.asarray(turn.place)
+    found, east_north, deviation = dict[int, Peaks](), np.asarray(turn.place), sea_deviation(turn)
     for track in tracks:
         if track.status == "deleted":
             continue
         (row,), (column,) = sensor.cells(track.mean[None, PLACE], turn)
         if not 0 < column < sensor.shape[1] - 1:
             continue
-        echo = echo_at(turn, sensor, int(row), int(column))
+        echo = echo_at(turn, sensor, int(row), int(column), deviation)
         passed_s = turn.time_s - float(turn.row_s[echo.row]) if math.isfinite(turn.row_s[echo.row]) else 0.0
         own = track.mean[PLACE] - passed_s * track.mean[VELOCITY]
         found[track.track] = told_by(
