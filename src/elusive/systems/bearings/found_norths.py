@@ -21,11 +21,13 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Estimation, IgnoreElevations, SeveralEmitters
+from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import LEAST_TIMES, NORTHS, whole, whole_path
 from elusive.tracking.track import Step, Track
 
 AnySet = TypeVar("AnySet", bound=PlaceSet)
+LEAST_SENSORS = 3
 SIZES = (0.1, 0.3, 1.0, 3.0)  # deviations of norths that are tried, in that of a bearing
 
 
@@ -111,7 +113,7 @@ def norths_found(parameters: BearingTracking, sites: SensorSites, alone: Sequenc
     sites
         Where the sensors stand.
     alone
-        The bearings of each emitter, as they came; none: norths are as uncertain as beforehand.
+        The bearings of each emitter, as they came; none, or of two sensors: norths are as uncertain as beforehand.
     """
     asked, sigma_deg = whole(parameters.replace(elevations=IgnoreElevations())), parameters.deviation_deg
     assert isinstance(asked.filter, Estimation)
@@ -119,7 +121,10 @@ def norths_found(parameters: BearingTracking, sites: SensorSites, alone: Sequenc
     sizes = [told.sd_deg] if told else [size * sigma_deg for size in SIZES]
     biases = [(told or AngleBias()).replace(sd_deg=sd_deg) for sd_deg in sizes]
     ways = [asked.replace(filter=flt.replace(bias=bias)) for bias in biases]
-    parts = [[whole_path(way, part, sites) for way in ways] for part in alone if len(part) >= LEAST_TIMES]
+    # any two lines cross: what two sensors tell of norths is how emitters would have to move
+    used = {number for part in alone for one in part for number in sensors_of(one).tolist()}
+    tell = [part for part in alone if len(part) >= LEAST_TIMES and len(used) >= LEAST_SENSORS]
+    parts = [[whole_path(way, part, sites) for way in ways] for part in tell]
     known = [[path for path in row if path is not None and math.isfinite(path.log_evidence)] for row in parts]
     found = [_together(paths, n) for paths in zip(*(row for row in known if len(row) == len(sizes)), strict=True)]
     found = found or [_together((), n) for _ in sizes]
