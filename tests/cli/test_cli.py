@@ -611,3 +611,32 @@ def test_no_room_for_what_is_compiled_is_a_sentence(monkeypatch, capsys):
         main([])
     assert ended.value.code == 2
     assert "No space left on device: '/cache/kernel.nbc'; make room on that disk." in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("module", "extra"),
+    [
+        ("shapely", "charts"),
+        ("nicegui.ui", "workbench"),
+        ("paho", "live"),
+        ("imageio_ffmpeg", "video"),
+        ("stray", None),
+    ],
+)
+def test_what_is_not_installed_is_named_with_the_extra_that_brings_it(monkeypatch, capsys, module, extra):
+    def load(**_):
+        raise ModuleNotFoundError(f"No module named '{module}'", name=module)
+
+    monkeypatch.setattr("elusive.cli.app", load)
+    with pytest.raises(SystemExit if extra else ModuleNotFoundError) as ended:
+        main([])
+    if extra:
+        assert ended.value.code == 2
+        assert f"{module} is not installed; run pip install 'elusive[{extra}]'." in capsys.readouterr().err
+
+
+def test_a_simulation_that_needs_what_is_not_installed_leaves_nothing(elusive_in, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "shapely", None)
+    ran = elusive_in("simulate", "video", "--turns", "2", "--out", "sea")
+    assert (ran.code, list(tmp_path.iterdir())) == (2, [])
+    assert "shapely is not installed; run pip install 'elusive[charts]'." in ran.err

@@ -16,6 +16,7 @@ import typer
 from rich.markup import escape
 
 import elusive
+from elusive.cli.extras import extra_of
 from elusive.cli.lazy import lazy
 from elusive.cli.terminal import console, interrupt, say
 from elusive.errors import ElusiveError
@@ -49,6 +50,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         app(args=_spread(sys.argv[1:] if arguments is None else arguments), standalone_mode=True)
+    except ModuleNotFoundError as error:
+        extra = extra_of(error.name)
+        if extra is None:
+            raise
+        told = f"{error.name} is not installed; run pip install 'elusive[{extra}]'."
+        console.print(f"[bold red]Error:[/] {escape(told)}", highlight=False, soft_wrap=True)
+        sys.exit(BAD_INPUT)
     except (ElusiveError, OSError) as error:
         # what writes results says itself what could not be written; compiled code, say, is kept elsewhere
         if isinstance(error, OSError) and error.errno not in NO_ROOM:
