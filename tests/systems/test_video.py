@@ -337,6 +337,14 @@ def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
         shown = without_crests(tracks, swell)
         judged.add(Heard(turn, power, Learnt(state, state, state.fixed, AboutTracks(swell=swell)), 1.0), shown)
     assert {one.track for one in shown if one.status == "confirmed"} == ({99} if told else {*range(12), 99})
+    if told:  # where they hardly show in a turn they were no swell, and ships
+        faint = swell._replace(crest=(220.0, 200.0), trough=(200.0, 200.0))
+        assert faint._replace(was_sure=True).sure
+        assert not faint._replace(was_sure=False).sure
+        assert not faint._replace(was_sure=True, crest=(200.0, 200.0)).sure
+        after = swell_after(swell, tracks, turn, sensor)
+        assert after is not None
+        assert after.was_sure
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
     found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
     finding = next(one for one in found if one.name == "video.swell")

@@ -8,7 +8,7 @@ import pytest
 from elusive.io.radar_video import open_radar_video
 from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import POINTLIKE, echo_at
+from elusive.systems.video.echoes import MOST_CELLS, POINTLIKE, echo_at, sea_deviation
 from elusive.systems.video.hulls import as_ships, hulls_after
 from elusive.systems.video.moved import moved_after, without_still
 from elusive.systems.video.parameters import VideoTracking
@@ -78,7 +78,7 @@ def test_tracks_between_whom_the_echo_goes_on_are_one_ship(between, slope):
         tracks = (track(3, 50 + 2 * k), track(7, 62 + 2 * k))
         power = points(moved, 1000 * rng.exponential(size=len(moved))) * rng.exponential(size=SENSOR.shape)
         turn = turn_of(power**slope, 2.5 * k)
-        hulls = hulls_after(hulls, tracks, turn, SENSOR)
+        hulls = hulls_after(hulls, tracks, turn, SENSOR, sea_deviation(turn))
         told.append(as_ships(tracks, hulls))
     assert [[(one.track, one.status) for one in some] for some in told[:2]] == 2 * [
         [(3, "confirmed"), (7, "confirmed")]
@@ -90,8 +90,38 @@ def test_tracks_between_whom_the_echo_goes_on_are_one_ship(between, slope):
     assert [[(one.track, one.status) for one in some] for some in ends] == [[(3, "confirmed"), (7, "deleted")]]
     assert [one.track for one in told[-1]] == [3]
     alone = (track(7, 72),)  # the other part is lost: the ship keeps its number
-    hulls = hulls_after(hulls, alone, turn_of(points(places + 22, np.full(7, 1000.0)), 30.0), SENSOR)
+    hulls = hulls_after(hulls, alone, turn_of(points(places + 22, np.full(7, 1000.0)), 30.0), SENSOR, 1.0)
     assert [one.track for one in as_ships(alone, hulls)] == [3]
+    gone = (track(7, 74, "deleted", 0.0),)  # and its end is the ship's
+    hulls = hulls_after(hulls, gone, turn_of(points(places + 24, np.full(7, 1000.0)), 32.5), SENSOR, 1.0)
+    assert [(one.track, one.status) for one in as_ships(gone, hulls)] == [(3, "deleted")]
+
+
+def test_the_end_of_a_part_is_not_told():
+    """It ended for those who follow when it was found to be a part."""
+    hulls, places = None, np.arange(50, 63)
+    tracks = (track(3, 50), track(7, 62))
+    turn = turn_of(points(places, np.full(len(places), 1000.0)))
+    for _ in range(4):
+        hulls = hulls_after(hulls, tracks, turn, SENSOR, 1.0)
+    assert hulls.ships == {7: 3}
+    ended = (tracks[0], track(7, 62, "deleted", 0.0))
+    for _ in range(2):
+        hulls = hulls_after(hulls, ended, turn, SENSOR, 1.0)
+        assert [(one.track, one.status) for one in as_ships(ended, hulls)] == [(3, "confirmed")]
+        ended = tracks[:1]
+    assert hulls.ships == {}
+
+
+@pytest.mark.parametrize("slope", [1.0, 0.3])
+def test_the_seas_deviation_is_that_of_an_exponential(slope):
+    """Ships, an eighth of all cells here, hardly change it."""
+    power = np.random.default_rng(3).exponential(size=SENSOR.shape) ** slope
+    level = np.exp(slope * np.mean(np.log(np.random.default_rng(4).exponential(size=100_000))))
+    # quartiles of n such logarithms are 1.26 / sqrt(n) apart, relative; all of nine tenths of the most are looked at
+    assert sea_deviation(turn_of(power / level)) == pytest.approx(slope, rel=4 * 1.26 / np.sqrt(0.9 * MOST_CELLS))
+    power[: len(power) // 8] *= 100.0
+    assert sea_deviation(turn_of(power / level)) == pytest.approx(slope, rel=0.5)
 
 
 def test_ships_that_part_are_two_again():
@@ -101,7 +131,7 @@ def test_ships_that_part_are_two_again():
         apart = 6 if k < 6 else 6 + 2 * (k - 5)
         places = np.arange(50, 57) if k < 6 else np.array([50.0, 50.0 + apart])
         tracks = (track(1, 50), track(2, 50 + apart))
-        hulls = hulls_after(hulls, tracks, turn_of(points(places, np.full(len(places), 1000.0)), 2.5 * k), SENSOR)
+        hulls = hulls_after(hulls, tracks, turn_of(points(places, np.full(len(places), 1000.0)), 2.5 * k), SENSOR, 1.0)
         if k == 5:
             assert hulls.ships == {2: 1}
     assert hulls.ships == {}

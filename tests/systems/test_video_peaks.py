@@ -79,7 +79,7 @@ def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
         own = np.array([1540.0 + 2.5 * time_s, 2.5, 0.0, 0.0])
         turn = EvidenceTurn(time_s, np.full(len(power), time_s), power, (0.0, 0.0), power, power, level_sea(power))
         tracks = (Track(1, "confirmed", 1.0, own, np.eye(4)),)
-        ways = peaks_after(ways, tracks, turn, sensor)
+        ways = peaks_after(ways, tracks, turn, sensor, 1.0)
         (shown,) = at_peaks(tracks, ways, turn, sensor)
     azimuth = 90 * pitch
     if speed_mps:

@@ -50,18 +50,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     previous = signal.signal(signal.SIGINT, interrupt)
     try:
         app(args=_spread(sys.argv[1:] if arguments is None else arguments), standalone_mode=True)
-    except ModuleNotFoundError as error:
-        extra = extra_of(error.name)
-        if extra is None:
+    except (ElusiveError, ModuleNotFoundError, OSError) as error:
+        told = _told(error)
+        if told is None:
             raise
-        told = f"{error.name} is not installed; run pip install 'elusive[{extra}]'."
-        console.print(f"[bold red]Error:[/] {escape(told)}", highlight=False, soft_wrap=True)
-        sys.exit(BAD_INPUT)
-    except (ElusiveError, OSError) as error:
-        # what writes results says itself what could not be written; compiled code, say, is kept elsewhere
-        if isinstance(error, OSError) and error.errno not in NO_ROOM:
-            raise
-        told = f"{error}; make room on that disk." if isinstance(error, OSError) else str(error)
         console.print(f"[bold red]Error:[/] {escape(told)}", highlight=False, soft_wrap=True)
         sys.exit(BAD_INPUT)
     except (KeyboardInterrupt, SystemExit) as ended:  # the former while a command is loaded, the latter while it runs
@@ -71,6 +63,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(code)
     finally:
         signal.signal(signal.SIGINT, previous)
+
+
+def _told(error: Exception) -> str | None:
+    """Return what is said of an error that a person can mend; None: a fault of the program."""
+    if isinstance(error, ModuleNotFoundError):
+        extra = extra_of(error.name)
+        return extra and f"{error.name} is not installed; run pip install 'elusive[{extra}]'."
+    if isinstance(error, OSError):
+        # what writes results says itself what could not be written; compiled code, say, is kept elsewhere
+        return f"{error}; make room on that disk." if error.errno in NO_ROOM else None
+    return str(error)
 
 
 def entry() -> None:

@@ -24,10 +24,9 @@ from scipy.ndimage import uniform_filter1d
 
 from elusive.contracts import Array, Flags
 from elusive.model import Model, Positive, Probability
-from elusive.sensors.radar_video import SeaLevel
+from elusive.sensors.radar_video import FAINTEST, SeaLevel
 
 LOW, WIDTH, BINS = -12.0, 0.1, 360  # logarithms of power, to the mean's, that are counted
-FAINTEST = 1e-12  # power below which nothing is told apart
 SMOOTHED = 9  # columns over which the mean level is averaged, less its trend across them
 SLOPED = 81  # columns over which its trend along azimuth is: a ship is not to tilt it
 FALLS, RISES = 0.225, 0.075  # of a cell's quiet level, a turn: its lower quartile

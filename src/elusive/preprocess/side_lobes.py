@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.contracts import Array
-from elusive.preprocess.clutter_map import FAINTEST
 from elusive.sensors.evidence_scale import MOST
-from elusive.sensors.radar_video import SeaLevel
+from elusive.sensors.radar_video import FAINTEST, SeaLevel
 
 STRONG = 8.0  # evidence of cells among which very strong echoes are sought, and among what is fixed
 FOLLOWED = 30  # very strong echoes of a turn, at most

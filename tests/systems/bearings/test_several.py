@@ -148,6 +148,9 @@ def test_norths_that_were_found_repeat_a_run():
     assert "sensor sw are 2.5 degrees too large" in finding.sentence
     with pytest.raises(ParameterError, match="norths_deg: has 1 numbers for 4 sensors"):
         list(track(sets, told.replace(sigma_deg=1.0, emitters={**HEARD, "norths_deg": (2.5,)}), SITES))
+    spread = {**HEARD, "norths_deg": (0.0,) * 4, "norths_spread_deg2": ((1.0, 0.0),) * 2}
+    with pytest.raises(ParameterError, match="norths_spread_deg2: is not of 4 rows of 4 numbers"):
+        list(track(sets, told.replace(sigma_deg=1.0, emitters=spread), SITES))
 
 
 @pytest.mark.validate

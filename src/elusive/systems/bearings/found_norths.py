@@ -22,6 +22,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Estimation, IgnoreElevations, SeveralEmitters
 from elusive.systems.bearings.heard import sensors_of
+from elusive.systems.bearings.own import slope_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import LEAST_TIMES, NORTHS, whole, whole_path
 from elusive.tracking.track import Step, Track
@@ -59,9 +60,8 @@ class Norths(NamedTuple):
         return step._replace(tracks=tuple(self._wider(track, sites) for track in step.tracks))
 
     def _wider(self, track: Track, sites: SensorSites) -> Track:
-        off = track.mean[[X, Y]] - sites.positions_m[:, :2]
-        slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
-        shift, covariance = np.linalg.pinv(slope), track.covariance.copy()
+        shift = np.linalg.pinv(slope_of(track.mean[[X, Y]] - sites.positions_m[:, :2]))
+        covariance = track.covariance.copy()
         covariance[np.ix_([X, Y], [X, Y])] += shift @ np.array(self.spread_deg2) @ shift.T * math.radians(1) ** 2
         return track._replace(covariance=covariance)
 

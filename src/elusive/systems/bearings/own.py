@@ -25,8 +25,13 @@ def away_of(tracks: Sequence[Track], place: Array, angle: Array) -> tuple[Array,
 
 def direction_of(off: Array, spread: Array) -> tuple[Array, Array]:
     """Return directions ``(n,)`` of ways ``(n, 2)``, and their variances by covariances ``(n, 2, 2)``."""
-    slope = np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None]
+    slope = slope_of(off)
     return np.arctan2(off[:, 0], off[:, 1]), np.einsum("ni,nij,nj->n", slope, spread, slope)
+
+
+def slope_of(off: Array) -> Array:
+    """Return by how much directions change with ways ``(n, 2)``, ``(n, 2)`` [rad / m]."""
+    return np.asarray(np.column_stack([off[:, 1], -off[:, 0]]) / np.maximum((off**2).sum(axis=1), 1e-9)[:, None])
 
 
 def own_steps(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> dict[int, list[Step]]:

@@ -79,13 +79,10 @@ class Judged:
 
     def _is_beside(self, ship: Track, heard: Heard) -> bool:
         """Whether something fixed lies within an echo of a ship."""
-        x, y = ship.mean[[X, Y]] - np.array(heard.turn.place)
-        first, step, pitch = self._sensor.grid
-        rows = np.arange(-EDGE, EDGE + 1) + round(math.atan2(x, y) / pitch - 1)
-        columns = np.arange(-EDGE, EDGE + 1) + round((math.hypot(x, y) - first) / step)
-        fixed = heard.clutter.fixed
-        columns = np.clip(columns, 0, fixed.shape[1] - 1)
-        return bool(fixed[np.ix_(rows % fixed.shape[0], columns)].any())
+        (row,), (column,) = self._sensor.cells(ship.mean[None, [X, Y]], heard.turn)
+        about, fixed = np.arange(-EDGE, EDGE + 1), heard.clutter.fixed
+        columns = np.clip(column + about, 0, fixed.shape[1] - 1)
+        return bool(fixed[np.ix_((row + about) % fixed.shape[0], columns)].any())
 
     def findings(
         self, counts: Counter[str], start: VideoStart, water: Water | None

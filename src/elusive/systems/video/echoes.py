@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from elusive.contracts import Array
-from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
+from elusive.sensors.radar_video import FAINTEST, EvidenceTurn, RadarVideo
 
 LONGEST_M = 400.0  # a ship
 CLIMB = 16  # cells from a place to its echo's peak, at most
@@ -102,6 +102,6 @@ def _middle(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, least
 
 def _top(level: NDArray[np.float32]) -> float:
     """Where a parabola through three powers' logarithms has its top, in cells from the middle one."""
-    before, here, behind = np.log(np.maximum(level, 1e-12)).astype(float).tolist()
+    before, here, behind = np.log(np.maximum(level, FAINTEST)).astype(float).tolist()
     bend = before - 2 * here + behind
     return float(np.clip(0.5 * (before - behind) / bend, -0.5, 0.5)) if bend < 0 else 0.0

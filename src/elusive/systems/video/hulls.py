@@ -16,7 +16,7 @@ import numpy as np
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import LONGEST_M, OVER_SEA, sea_deviation
+from elusive.systems.video.echoes import LONGEST_M, OVER_SEA
 from elusive.tracking.track import Track
 
 PLACE, VELOCITY = [X, Y], [VX, VY]
@@ -37,8 +37,10 @@ class Hulls(NamedTuple):
     joined: frozenset[int]  # tracks that have become a part this turn
 
 
-def hulls_after(before: Hulls | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo) -> Hulls:
-    """Return what is known after a turn."""
+def hulls_after(
+    before: Hulls | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo, deviation: float
+) -> Hulls:
+    """Return what is known after a turn; ``deviation`` is the sea's."""
     old = before or Hulls({}, {}, frozenset())
     alive = {track.track: track for track in tracks if track.status != "deleted"}
     between = {pair: kept for pair, kept in old.between.items() if set(pair) <= alive.keys()}
@@ -52,13 +54,14 @@ def hulls_after(before: Hulls | None, tracks: Sequence[Track], turn: EvidenceTur
             turns, kept = between.get(pair, (0, line))
             between[pair] = turns + 1, kept + max(1 / (turns + 1), 1 - LATEST) * (line - kept)
     told = {number: old.ships.get(number, number) for number in alive}
-    least = OVER_SEA * sea_deviation(turn)
+    least = OVER_SEA * deviation
     one_ship = [
         pair
         for pair, (turns, line) in between.items()
         if _goes_on(line, turns, least, together=told[pair[0]] == told[pair[1]])
     ]
-    ships = _named(told, one_ship)
+    ended = {one.track: old.ships[one.track] for one in tracks if one.track not in alive and one.track in old.ships}
+    ships = _named(told, one_ship) | ended  # a part that ends is not a ship's end
     return Hulls(between, ships, frozenset(ships.keys() - old.ships.keys()))
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian.place_bank import PlaceBank
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import CLIMB, POINTLIKE, echo_at, sea_deviation
+from elusive.systems.video.echoes import CLIMB, POINTLIKE, echo_at
 from elusive.tracking.track import Track
 
 PLACE, VELOCITY = [X, Y], [VX, VY]
@@ -42,12 +42,14 @@ class Peaks(NamedTuple):
     reach: Array = POINTLIKE  # (2, 2) covariance of the echo's own places [m^2]
 
 
-Echoes = Mapping[int, Peaks]  # of each track, by number
+PeaksOf = Mapping[int, Peaks]  # of each track, by number
 
 
-def peaks_after(before: Echoes | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo) -> Echoes:
-    """Return what peaks of tracks' echoes tell after a turn."""
-    found, east_north, deviation = dict[int, Peaks](), np.asarray(turn.place), sea_deviation(turn)
+def peaks_after(
+    before: PeaksOf | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo, deviation: float
+) -> PeaksOf:
+    """Return what peaks of tracks' echoes tell after a turn; ``deviation`` is the sea's."""
+    found, east_north = dict[int, Peaks](), np.asarray(turn.place)
     for track in tracks:
         if track.status == "deleted":
             continue
@@ -82,12 +84,12 @@ def told_by(
     return Peaks(way, LATEST * before.regular + log_density - math.log(about), reach)
 
 
-def at_peaks(tracks: Sequence[Track], echoes: Echoes, turn: EvidenceTurn, sensor: RadarVideo) -> tuple[Track, ...]:
+def at_peaks(tracks: Sequence[Track], peaks: PeaksOf, turn: EvidenceTurn, sensor: RadarVideo) -> tuple[Track, ...]:
     """Return tracks at a turn's time, as they and the peaks of their echoes have it."""
     east_north = np.asarray(turn.place)
     return tuple(
-        told(track, echoes[track.track], turn.time_s, cell_covariance(track.mean[PLACE] - east_north, sensor))
-        if track.track in echoes
+        told(track, peaks[track.track], turn.time_s, cell_covariance(track.mean[PLACE] - east_north, sensor))
+        if track.track in peaks
         else track
         for track in tracks
     )
