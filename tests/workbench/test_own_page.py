@@ -315,6 +315,32 @@ def test_a_press_is_heard_as_soon_as_there_is_a_button_and_over_a_connection_tha
     told(page, "Bearings: is needed; choose a file.")
 
 
+def test_who_chooses_from_two_lists_in_a_breath_and_types_on_is_not_led_back(
+    served: Served, open_tab: OpenTab, heard: Path
+) -> None:
+    for name in ("bearings.csv", "truth.csv"):
+        shutil.copy(heard / name, served.folder)
+    page = open_tab(moves=True).page
+    page.goto(f"{served.address}/own")
+    choose(page, "kind", "Bearings from a few places")
+    page.evaluate(
+        """() => {
+          const next = ["truth", "sigma_deg"].map((name) => () => {
+            const one = document.querySelector(`input[data-field="${name}"]`);
+            one.focus();
+            one.click();
+          });
+          const chosen = (pressed) => pressed.target.closest("[role=option]") && setTimeout(next.shift(), 50);
+          document.addEventListener("click", chosen, { capture: true });
+        }"""
+    )
+    field(page, "bearings").click()
+    for name in ("bearings.csv", "truth.csv"):
+        page.get_by_role("option", name=name, exact=True).locator("visible=true").last.click()
+    page.evaluate("new Promise((done) => setTimeout(done, 500))")  # the page's own clock: what it has put off is done
+    assert page.evaluate("document.activeElement.dataset.field") == "sigma_deg"
+
+
 def test_a_run_opens_with_what_was_set_and_not_with_what_its_recording_gave(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -108,6 +108,8 @@ def _build() -> None:
     app.add_api_route("/blocks/{name}", _block, methods=["GET"], include_in_schema=False)
     app.add_api_route("/live/{key}", _live, methods=["GET"], include_in_schema=False)
     app.add_api_route(f"/{FOLDER}/{{run}}/{{name}}", _kept, methods=["GET"], include_in_schema=False)
+    # a list that fades away takes the focus back when it is gone: what is typed elsewhere by then would be lost
+    ui.select.default_props("transition-duration=0")
     ui.page("/")(start_page)
     ui.page(PATH, title=f"{TITLE} | elusive workbench", response_timeout=30.0)(own_page)
     for page in pages():
