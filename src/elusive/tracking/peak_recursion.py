@@ -206,6 +206,7 @@ class PeakRecursion(Model):
             strayed=np.zeros((count, 2)),
             swept=zero,
             mark=np.zeros(count, np.bool_),
+            ridge=np.full(count, np.nan),
             body=np.zeros((count, 6)),
         )
         return under_way(targets, begun, self.motions, self.detected)

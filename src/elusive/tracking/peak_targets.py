@@ -42,6 +42,7 @@ class PeakTargets(NamedTuple):
     strayed: Array  # (n, 2) mean squared distance from each [px^2]
     swept: Array  # (n,) way that the camera has made since its first peak [px]
     mark: NDArray[np.bool_]  # (n,) on the sensor or its optics, not in the scene
+    ridge: Array  # (n,) how much of an edge it is, lately, 0 to 1; NaN before it was looked at
     body: Array  # (n, 6) way to the middle of what it is a part of, lately and at first, its extent, its way since [px]
 
     @classmethod
@@ -52,7 +53,7 @@ class PeakTargets(NamedTuple):
             whole, whole, np.zeros((0, motions, 2)), np.zeros((0, motions, 2)), np.zeros((0, motions, 3)),
             np.zeros((0, motions)), one, one, one, one, one, one, flag, one, np.zeros((0, resting)), flag,
             np.zeros((0, 2)), one, np.zeros((0, HOP, 2)), one, np.zeros((0, 2, 2)), np.zeros((0, 2)), one, flag,
-            np.zeros((0, 6)),
+            one, np.zeros((0, 6)),
         )  # fmt: skip
 
     @property

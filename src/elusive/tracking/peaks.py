@@ -24,6 +24,7 @@ from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import NEWS, PeakRecursion
+from elusive.tracking.peak_ridges import leave_ridges, ridged
 from elusive.tracking.peak_swift import Unclaimed
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
@@ -192,7 +193,8 @@ class SceneTracker(PeakRecursion):
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
             looked_at = shown | (confirmed & (moves > self.show_until))
-            targets = bodied(targets, looked_at, image, peaks.offset_px)
+            targets = ridged(bodied(targets, looked_at, image, peaks.offset_px), looked_at, image, peaks.offset_px)
+            leave_ridges(targets, shown)
             leave_parts(targets, shown)
         leave_companions(targets, shown)
         boxed = leave_boxes(targets, shown, gone)
