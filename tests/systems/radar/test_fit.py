@@ -75,6 +75,38 @@ def test_bearings_that_err_by_far_are_not_cut_off():
     assert found.range_sd_m == pytest.approx(12, rel=0.2)
 
 
+@pytest.mark.parametrize("times", [1.0, 3.0])
+def test_plots_that_are_rounded_err_as_rounding_does(times):
+    """Their differences are alike again and again, as if they did not err at all."""
+    rng = np.random.default_rng(3)
+    sensor, triples = some_radar(rng, range_sd_m=12.0, bearing_sd_mrad=6.0), Triples()
+    steps = 12.0 * times, 0.006 * times
+    for scan in seen_by(sensor, rng, scans=150):
+        far, angle = (step * np.round(one / step) for step, one in zip(steps, scan[2:4], strict=True))
+        triples.add(scan._replace(range_m=far, bearing_rad=angle))
+    found = triples.fit()
+    assert found is not None
+    assert found.range_sd_m == pytest.approx(np.hypot(12.0, steps[0] / np.sqrt(12)), rel=0.2)
+    assert found.bearing_sd_rad == pytest.approx(np.hypot(0.006, steps[1] / np.sqrt(12)), rel=0.2)
+
+
+def test_echoes_that_lie_about_ships_make_no_errors_of_the_radar():
+    """Foam stays where ships were: triples of some of it lie about nothing, tens of metres wide."""
+    rng = np.random.default_rng(4)
+    sensor, triples = some_radar(rng, range_sd_m=3.0, bearing_sd_mrad=3.0), Triples()
+    x, v, foam = rng.uniform(-3000, 3000, (4, 2)), rng.normal(0, 6, (4, 2)), np.zeros((0, 2))
+    for k in range(90):
+        x = x + 4 * v
+        foam = np.concatenate([foam[rng.random(len(foam)) < 0.85], x[rng.random(4) < 0.5]])
+        places = np.concatenate([x, foam[rng.random(len(foam)) < 0.7]])
+        states = np.column_stack([places[:, 0], np.zeros(len(places)), places[:, 1], np.zeros(len(places))])
+        triples.add(sensor.simulate(states, rng, 4.0 * k))
+    found = triples.fit()
+    assert found is not None
+    assert found.range_sd_m < 2 * sensor.range_sd_m
+    assert found.bearing_sd_rad < 2 * sensor.bearing_sd_rad
+
+
 @pytest.mark.validate
 @pytest.mark.parametrize("seed", range(12))
 def test_of_an_unknown_radar_each_ship_is_one_track(seed, tmp_path):

@@ -10,6 +10,7 @@ from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.sensors.range_bands import BANDS
 from elusive.systems.radar.first_pass import fitted
 from elusive.systems.radar.lives import ERRORS, as_lived, gone_on, lasting_finding, short_lives
+from elusive.systems.radar.moving import Ways
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.setting import bind_all
@@ -19,6 +20,8 @@ from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
 
 WATCHED = 100  # scans
+STRAIGHT = Ways(np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 2, 4)), np.zeros((1, 2, 4, 4)))
+ANYHOW = {3: STRAIGHT, 4: STRAIGHT}  # as the tracker lets tracks move
 
 
 def lived(rng, clutter, ships, mean):
@@ -71,7 +74,7 @@ def test_existence_is_the_share_of_ships_among_those_that_lived_as_long():
         there = life[life >= age]
         share, error = np.mean(there == np.inf), np.sqrt(0.25 / len(there))
         track = Track(3, "confirmed", 1.0, np.zeros(4), np.eye(4))
-        near, far = as_lived((track, track._replace(track=4)), {3: (age, 0), 4: (age, 5)}, lives)
+        near, far = as_lived((track, track._replace(track=4)), {3: (age, 0), 4: (age, 5)}, lives, ANYHOW)
         assert abs(near.existence - share) < 4 * error
         assert near.status == ("confirmed" if near.existence > 0.9 else "candidate")
         assert (far.existence, far.status) == (1.0, "confirmed")
@@ -89,7 +92,7 @@ def test_what_moves_otherwise_than_clutter_does_is_a_ship_sooner():
     for place in ([3.0, 4.0], [-4.0, 2.0]):
         near = np.hypot(*(ways - place).T) < 0.5
         track = Track(3, "confirmed", 1.0, np.array([0, place[0], 0, place[1]]), 0.25 * np.eye(4))
-        (told,) = as_lived((track,), {3: (0, 0)}, lives)
+        (told,) = as_lived((track,), {3: (0, 0)}, lives, ANYHOW)
         share = ship[near].mean()
         assert abs(told.existence - share) < 4 * np.sqrt(0.25 / near.sum()) + 0.1 * share  # over half a metre a second
 

@@ -23,8 +23,9 @@ def ship(existence=0.9, speed=8.0):
     """One that sails north-east of the radar, its place known to 10 m."""
     east, north = speed * COURSE
     return SimpleNamespace(
-        existence=existence, mean=np.array([1500.0, east, 2000.0, north]), covariance=np.diag([100.0, 0.25] * 2)
-    )
+        existence=existence, mean=np.array([1500.0, east, 2000.0, north]), covariance=np.diag([100.0, 0.25] * 2),
+        detection=-1,
+    )  # fmt: skip
 
 
 def scan_at(places):
@@ -52,7 +53,7 @@ def counted(rng, drawn, scans=400):
     for _ in range(scans):
         along = drawn(rng)
         places = np.array([1500.0, 2000.0]) - along[:, None] * COURSE + rng.normal(0, 10, (len(along), 2))
-        trailing.add(scan_at(places), SENSOR, [ship()], np.ones(len(along), dtype=bool))
+        trailing.add(scan_at(places), SENSOR, {1: ship()}, np.ones(len(along), dtype=bool))
     return trailing
 
 
@@ -67,6 +68,24 @@ def test_wakes_are_counted_and_hulls_and_chance_are_none():
     assert counted(rng, lambda rng: rng.uniform(-1000.0, 1000.0, rng.poisson(0.3))).wakes == ()
     assert counted(rng, lambda rng: rng.uniform(0.0, 1000.0, rng.poisson(0.5))).wakes == ()
     assert counted(rng, lambda rng: np.zeros(0)).wakes == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_foam_stays_behind_a_ship_and_a_hull_goes_along(seed):
+    """Pairs of plots that stay are as many behind as chance makes, where one on board lies anywhere along it."""
+    rng = np.random.default_rng(seed)
+    foam, hull, flakes = Trailing(1.0), Trailing(1.0), np.zeros((0, 2))
+    for k in range(500):
+        sails = ship()
+        sails.mean[[0, 2]] += 1.5 * k * sails.mean[[1, 3]] - [3500.0, 4500.0]
+        left = sails.mean[None, [0, 2]][: int(rng.random() < 0.3)]
+        flakes = np.concatenate([flakes[rng.random(len(flakes)) < 0.85], left])
+        board = sails.mean[[0, 2]] + rng.uniform(-100, 100, rng.poisson(2.0))[:, None] * COURSE
+        for trailing, places in ((foam, flakes[rng.random(len(flakes)) < 0.7]), (hull, board)):
+            seen = scan_at(places + rng.normal(0, 5, places.shape))
+            trailing.add(seen, SENSOR, {1: sails}, np.ones(seen.detections, dtype=bool))
+    assert foam.stays
+    assert not hull.stays
 
 
 def test_what_is_told_of_wakes():

@@ -92,7 +92,10 @@ class Counts:
         theirs = np.zeros_like(left) if ground is None else ground.theirs(scan)
         left &= ~theirs
         if not isinstance(sensor, HullRadar):  # whose plots lie behind where its hull is told too short
-            self._trailing.add(scan, sensor, [one for one in there if one.life.status == "confirmed"], left)
+            moves = {track.track: track.extra.get("moves", 1.0) for track in step.tracks}
+            sure = {one.life.track or 0: one for one in there if one.life.status == "confirmed"}
+            sail = {track: one._replace(existence=one.existence * moves[track]) for track, one in sure.items()}
+            self._trailing.add(scan, sensor, sail, left)
         trailing = np.zeros_like(left)
         if wakes is not None:
             trailing = left & wakes.explained(scan, confirmed)

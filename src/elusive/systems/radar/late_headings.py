@@ -18,7 +18,8 @@ import numpy as np
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import TURN_RAD, RadarScan
-from elusive.systems.radar.triples import OVERLAP, USUAL, Triples, mixture
+from elusive.systems.radar.straight import OVERLAP, mixture
+from elusive.systems.radar.triples import USUAL, Triples
 
 COARSE_S = np.arange(-2.0, 6.01, 0.5)  # delays that are tried first
 FINE_S = np.arange(-0.5, 0.51, 0.1)  # and about the best of them
@@ -109,7 +110,7 @@ class Headings:
         if len(errors) < FEW:
             return -math.inf
         limits = np.array(USUAL[:2])
-        *_, density = mixture(errors, limits, limits / 4)
+        *_, density = mixture(errors, limits, limits[None] / 4)
         return float(np.log(len(errors) * density).sum()) / OVERLAP
 
 

@@ -23,6 +23,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.company import REACH_M, SCANS
+from elusive.systems.radar.moving import Ways
 from elusive.systems.radar.recorded import DRIFT
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.track import Track
@@ -50,14 +51,19 @@ def aged(before: Ages, targets: Sequence[Target], scan: RadarScan, sensor: Radar
     return found
 
 
-def as_lived(tracks: Sequence[Track], ages: Ages, lives: Sequence[float]) -> tuple[Track, ...]:
-    """Return tracks, of which those that may be clutter that lasts exist less surely, and are candidates at most."""
+def as_lived(
+    tracks: Sequence[Track], ages: Ages, lives: Sequence[float], ways: Mapping[int, Ways]
+) -> tuple[Track, ...]:
+    """Return tracks, of which those that may be clutter that lasts exist less surely, and are candidates at most.
+
+    They are known by ``lives`` of :func:`short_lives`, by their ages, and by the ways in which they may move.
+    """
     found = []
     for track in tracks:
         if lives and track.track in ages:
             scans, band = ages[track.track]
             law, (mean, *ratio) = Drift(*lives[:DRIFT]), lives[DRIFT:]
-            velocity = track.mean[None, [VX, VY]], track.covariance[None, [[VX], [VY]], [VX, VY]]
+            velocity = ways[track.track].velocities(track.mean[None, :4], track.covariance[None, :4, :4])
             ship = 1 / (1 + ratio[band] * math.exp(-scans / mean) * float(law.ratios(*velocity)[0]))
             status = track.status if ship > SURE else "candidate"
             track = track._replace(status=status, existence=ship * track.existence)

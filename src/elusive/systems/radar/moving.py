@@ -43,6 +43,21 @@ class Ways(NamedTuple):
         """Probability that each moves, ``(n,)``."""
         return np.asarray(1 - self.share[:, 0])
 
+    def velocities(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
+        """Return velocities with covariances, ``(n, 2), (n, 2, 2)``, whichever way they move.
+
+        Parameters
+        ----------
+        mean, covariance
+            With which the tracker knows them, ``(n, 4), (n, 4, 4)``.
+        """
+        means = np.concatenate([self.mean, mean[:, None]], axis=1)[..., VELOCITY]
+        spreads = np.concatenate([self.covariance, covariance[:, None]], axis=1)[..., [[VX], [VY]], VELOCITY]
+        share = self.share[..., None]
+        off = means - (share * means).sum(axis=1, keepdims=True)
+        spreads = spreads + off[..., None] * off[..., None, :]
+        return (share * means).sum(axis=1), (share[..., None] * spreads).sum(axis=1)
+
     @classmethod
     def of(cls, mean: Array, covariance: Array, speed_sd_mps: float) -> Ways:
         """Return those of tracks that begin.

@@ -76,7 +76,7 @@ def track_radar(
                 one._replace(extra={**one.extra, "moves": float(ways[one.track].moves[0])}) for one in tracks
             )
             ages = aged(ages, state.targets, scan, tracker.sensor)
-            tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or ())
+            tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or (), ways)
         if ais is not None:
             tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
         step = Step(scan.time_s, scan, state, tracks)

@@ -9,7 +9,7 @@ fitted by expectation and maximisation (Dempster, Laird and Rubin, 1977), tells 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,13 +19,14 @@ from scipy.spatial import cKDTree
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
+from elusive.systems.radar.straight import OVERLAP, sharpest
 from elusive.systems.radar.turned import Together, common_of
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 MOST, COLUMNS = 40_000, 9  # triples that are kept, and what is known of each
 WINDOW = 6.0  # deviations in which the mixture is fitted
-ROUNDS = 60
-OVERLAP = 3.0  # triples that share a plot
+MOST_FITTED = 8000  # triples
+DIGITS, NEARLY = 9, 0.01  # of ranges [m] and bearings [rad] that are read; share of steps that may be less
 FEW = 25  # triples of targets, from which errors are known
 ENOUGH = 100  # triples of targets whose middle plot is in no other triple, from which they alone are taken
 SURE = 0.8  # probability from which a triple is a target's
@@ -82,6 +83,7 @@ class _Places(NamedTuple):
     radar: Array  # (2,) [m]
     range_m: Array  # (n,)
     doppler_mps: Array  # (n,)
+    bearing_rad: Array  # (n,)
 
 
 class Triples:
@@ -96,7 +98,7 @@ class Triples:
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
         places, radar = RadarView().places(scan)[0], np.array([scan.own.x_m, scan.own.y_m])
-        self._before.append(_Places(places, scan.times_s, radar, scan.range_m, scan.doppler_mps))
+        self._before.append(_Places(places, scan.times_s, radar, scan.range_m, scan.doppler_mps, scan.bearing_rad))
         self._first += self._before[-1:] if self._scans < SCANS else []
         self._scans += 1
         if len(self._before) == 3:
@@ -114,7 +116,8 @@ class Triples:
 
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
-        found = _of_rows(self.rows, USUAL)
+        steps = np.array([_step(one.range_m for one in self._first), _step(one.bearing_rad for one in self._first)])
+        found = _of_rows(self.rows, USUAL, steps)
         if found is not None and not found.cut_off(self._first):
             return found
         widest = POOR
@@ -125,34 +128,45 @@ class Triples:
             if count < MOST and all(0 < len(one.times_s) <= PLOTS for one in three):
                 rows.append(_differences(*three, number, widest))
                 count += len(rows[-1])
-        poor = _of_rows(np.concatenate(rows), widest)
+        poor = _of_rows(np.concatenate(rows), widest, steps)
         return found if poor is None or poor.crowded else poor
 
 
-def _of_rows(rows: Array, widest: Widest) -> PlotErrors | None:
-    """Return the errors that triples show, ``(n, 9)``."""
+def _step(values: Iterable[Array]) -> float:
+    """Return nearly the least step between values of plots, scan by scan: that which they are rounded to."""
+    steps = np.diff(np.unique(np.round(np.concatenate([np.zeros(0), *values]), DIGITS)))
+    return float(np.quantile(steps, NEARLY)) if len(steps) else 0.0
+
+
+def _of_rows(rows: Array, widest: Widest, steps: Array) -> PlotErrors | None:
+    """Return the errors that triples show, ``(n, 9)``, of ranges and bearings that are rounded to steps ``(2,)``."""
+    rows, rounding = rows.copy(), steps / math.sqrt(12)
+    # differences of rounded values are alike again and again, and would seem to have no error
+    rows[:, :2] += rounding * np.random.default_rng(0).standard_normal((len(rows), 2))
     _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
     # echoes close to each other make triples of several, which no uniform density describes
-    alone = _fitted(rows[candidates[which.ravel()] == 1], widest) if len(rows) else None
+    alone = _fitted(rows[candidates[which.ravel()] == 1], widest, rounding) if len(rows) else None
     if alone is not None and alone.targets >= ENOUGH:
         return alone
-    every = _fitted(rows, widest)
+    every = _fitted(rows, widest, rounding)
     return None if every is None else every._replace(crowded=len(rows) > CROWDED * len(candidates))
 
 
-def _fitted(rows: Array, widest: Widest) -> PlotErrors | None:
+def _fitted(rows: Array, widest: Widest, rounding: Array) -> PlotErrors | None:
     """Fit the mixture to triples, ``(n, 9)``; None where too few are of targets."""
     if len(rows) < FEW:
         return None
     most = np.array(widest[:2])
     limits, sd = most, most / 4
     for _ in range(4):  # the window closes in on what is found
-        inside = (np.abs(rows[:, :2]) < limits).all(axis=1)
-        member, sd, _ = mixture(rows[inside, :2], limits, np.minimum(sd, limits / 2))
+        inside_rows = rows[(np.abs(rows[:, :2]) < limits).all(axis=1)]
+        inside_rows = inside_rows[:: max(1, len(inside_rows) // MOST_FITTED)]
+        member, sd = sharpest(inside_rows[:, :2], limits, np.minimum(sd, limits / 2))
         limits = np.minimum(WINDOW * sd, most)
-    inside_rows, total = rows[inside], float(member.sum())
+    total = float(member.sum())
     if total < FEW:
         return None
+    sd = np.sqrt(np.maximum(sd**2 - rounding**2, rounding**2))
     sure = certain = inside_rows[member > SURE]
     rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
     far_m = float(np.quantile(sure[:, 3], FAR)) if len(sure) else 0.0
@@ -176,7 +190,7 @@ def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
 
 def _differences(first: _Places, middle: _Places, last: _Places, number: int, widest: Widest) -> Array:
     """Second differences along and across the line of sight, scan, range and place of the middle; rates."""
-    places, times, radar, _, doppler = middle
+    places, times, radar, _, doppler, _ = middle
     interval = float(times.mean() - first[1].mean())
     if not interval > 0:
         return np.zeros((0, COLUMNS))
@@ -204,21 +218,3 @@ def _differences(first: _Places, middle: _Places, last: _Places, number: int, wi
     others = (first.doppler_mps[a] + last.doppler_mps[c]) / 2
     rows = np.column_stack([dr, db, np.full(len(i), number), distance, places[i], rate, doppler[i], others])
     return np.asarray(rows[(np.abs(dr) < widest.range_m) & (np.abs(db) < widest.bearing_rad) & (rho > 0)])
-
-
-def mixture(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array, Array]:
-    """Fit a Gaussian about zero, cut at the limits, and a uniform density, to errors ``(n, 2)``.
-
-    Returns
-    -------
-    tuple
-        Membership ``(n,)``, deviations ``(2,)`` and the density of both together, ``(n,)``.
-    """
-    share, even, member, both = 0.5, 1 / float(np.prod(2 * limits)), np.zeros(len(errors)), np.zeros(len(errors))
-    for _ in range(ROUNDS):
-        density = np.exp(-0.5 * ((errors / sd) ** 2).sum(axis=1)) / (2 * math.pi * float(np.prod(sd)))
-        both = share * density + (1 - share) * even
-        member = share * density / both
-        share = float(np.clip(member.mean(), 1e-6, 1 - 1e-6)) if len(member) else 0.5
-        sd = np.sqrt((member @ errors**2) / max(float(member.sum()), 1e-9)).clip(1e-3 * limits)
-    return member, sd, both

@@ -3,13 +3,15 @@
 They are clutter whose place is known as far as the ships' is, a Poisson process beside that of all other false alarms
 (Kingman, 1993, Poisson processes, section 2.2): so many a ship and scan, exponential behind it and Gaussian across its
 course. How many there are and how far behind is counted of ships that are followed, less what lies as far ahead of
-them, and to either side. A hull's plots lie on both sides of any one of them that is followed.
+them, and to either side. A hull's plots lie on both sides of any one of them that is followed; foam, which may be
+followed, too, stays where it is as the ship goes on.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -20,11 +22,13 @@ from elusive.checks import Finding
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
+from elusive.tracking.detection_targets import Target
 
 START = 1.0, 150.0  # plots a ship and scan, and how far behind [m], that are looked for first
 SURE, SLOW_MPS = 0.3, 1.0  # existence from which a target has a wake, and a speed below which it has none
 WIDTH_M, ASIDE, REACH_M = 15.0, 3.0, 1000.0  # deviation across, of which so many count, and how far wakes reach
 ERRORS, AHEAD = 4.0, 0.2  # standard errors of what is behind, and share of it that is ahead at most
+NEAR, LATEST = 2.0, 10  # deviations within which two are at one place; scans in which an earlier one is looked for
 NEAREST_M = 20.0  # that wakes are long at least
 
 
@@ -69,6 +73,14 @@ def _behind(ship: Sailing, scan: RadarScan, places: Array, errors: Array) -> _Be
     return _Behind(along, np.einsum("i,kij,j->k", course, spread, course), off @ across, wide)
 
 
+class _Beside(NamedTuple):
+    """What was seen beside a ship."""
+
+    place: Array  # (2,) of the ship [m]
+    places: Array  # (m, 2) of plots [m]
+    errors: Array  # (m, 2, 2) of these
+
+
 class Wakes(NamedTuple):
     """What ships leave behind them, as :class:`~elusive.tracking.detections.Trails`."""
 
@@ -106,14 +118,21 @@ class Trailing:
         self._fade = fade
         self._plots, self._far = np.zeros(2), np.zeros(2)  # behind and ahead
         self._variance = self._scans = 0.0  # of all plots; of ships
+        self._before = dict[int, deque[_Beside]]()  # of ships, some scans ago
+        self._rest = np.zeros(2)  # pairs of plots beside ships that stay, less others; their number
 
-    def add(self, scan: RadarScan, sensor: RadarSensor, ships: Sequence[Sailing], left: NDArray[np.bool_]) -> None:
-        """Take a scan in: the ships that are followed, and which of its plots are none of theirs, ``(m,)``."""
+    def add(
+        self, scan: RadarScan, sensor: RadarSensor, ships: Mapping[int, Target], left: NDArray[np.bool_]
+    ) -> None:  # fmt: skip
+        """Take a scan in: ships that are followed, by their tracks, and which plots are none of theirs, ``(m,)``."""
         self._plots, self._far = self._fade * self._plots, self._fade * self._far
         self._variance, self._scans = self._fade * self._variance, self._fade * self._scans
         rest = scan.select_detections(np.flatnonzero(left))
         places, errors = sensor.places(rest)
-        for ship in ships:
+        self._rest *= self._fade
+        every = sensor.places(scan)
+        for track, ship in ships.items():
+            self._pair(track, ship, *every)
             its = _behind(ship, rest, places, errors)
             if its is None:
                 continue
@@ -126,6 +145,37 @@ class Trailing:
             for row, side in enumerate((its.along > 0, its.along < 0)):
                 self._plots[row] += counts[side].sum()
                 self._far[row] += counts[side] @ np.abs(its.along[side])
+
+    def _pair(self, track: int, ship: Target, places: Array, errors: Array) -> None:
+        """Pair plots beside a ship with earlier ones: what it leaves stays there, what is on board goes along.
+
+        On board one lies as often ahead of another as behind it, whichever came first.
+        """
+        place, velocity = ship.mean[[X, Y]], ship.mean[[VX, VY]]
+        others = np.arange(len(places)) != ship.detection
+        near = others & (np.hypot(*(places - place).T) < REACH_M)
+        now = _Beside(place, places[near], errors[near])
+        held = self._before.setdefault(track, deque(maxlen=LATEST))
+        for then in reversed(held):
+            gone = place - then.place
+            if not len(then.places) or not len(now.places):
+                continue
+            spread = then.errors[:, None] + now.errors
+            if not (gone @ np.linalg.inv(spread) @ gone > NEAR**2).all():
+                continue
+            for sign, way in ((1.0, np.zeros(2)), (-1.0, 2 * gone)):
+                off = now.places - then.places[:, None] - way
+                alike = np.einsum("nmi,nmij,nmj->nm", off, np.linalg.inv(spread), off) < NEAR**2
+                middle = (then.places[:, None] - then.place + now.places - place) @ velocity
+                pairs = ship.existence * alike * -np.sign(middle)
+                self._rest += sign * pairs.sum(), np.abs(pairs).sum()
+            break
+        held.append(now)
+
+    @property
+    def stays(self) -> bool:
+        """Whether what lies behind ships stays there, as foam does."""
+        return bool(self._rest[0] > ERRORS * math.sqrt(self._rest[1]))
 
     @property
     def behind(self) -> tuple[float, ...]:
@@ -141,7 +191,7 @@ class Trailing:
         behind, ahead = self._plots.tolist()
         found = self.behind
         ends = bool(found) and found[1] < REACH_M / 3  # evenly it would be a half
-        return found if ends and ahead < AHEAD * behind else ()
+        return found if ends and (self.stays or ahead < AHEAD * behind) else ()
 
 
 def wakes_finding(wakes: Sequence[float]) -> Finding:
