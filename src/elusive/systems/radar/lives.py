@@ -129,8 +129,8 @@ class Lives:
         # band, scans of life, whether it ended; hits and trials of late; scan and place, first and last; velocity
         self._each = dict[int, Array]()
 
-    def add(self, ages: Ages, targets: Sequence[Target]) -> None:
-        """Take a scan in: how old confirmed tracks are, and the targets where the radar looks."""
+    def add(self, ages: Ages, targets: Sequence[Target], ways: Mapping[int, Ways]) -> None:
+        """Take a scan in: how old confirmed tracks are, the targets where the radar looks, and how they may move."""
         self._scan += 1
         for row in self._each.values():
             row[3:5] *= self._fade
@@ -141,8 +141,8 @@ class Lives:
                 now = self._scan, *target.mean[[X, Y]]
                 row = self._each.setdefault(number, np.array([band, 0.0, 0.0, 0.0, 0.0, *now, *now, *np.zeros(6)]))
                 row[1], row[8:11] = scans + 1, now
-                row[11:13] = target.mean[[VX, VY]]
-                row[13:] = target.covariance[[[VX], [VY]], [VX, VY]].ravel()
+                velocity, known = ways[number].velocities(target.mean[None, :4], target.covariance[None, :4, :4])
+                row[11:13], row[13:] = velocity[0], known.ravel()
                 if target.existence > KNOWN:
                     row[3:5] += target.detection >= 0, 1
             elif target.life.status == "deleted" and number in self._each:
