@@ -163,6 +163,7 @@ def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) 
     (far, angle), (its_far, its_angle) = _polar(one), _polar(two)
     range_sd, bearing_sd = sd.tolist()
     nears = float(np.ptp(far)) > SAILED * range_sd
+    sails = nears or float(np.ptp(np.unwrap(angle))) > SAILED * bearing_sd
     found = list[_Way]()
 
     def keep(how: str, by: Array, covariance: Array, both: Sequence[tuple[Array, Array]]) -> None:
@@ -172,7 +173,7 @@ def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) 
     turns = wrapped(its_angle - angle, 2 * math.pi)
     turn = float(np.angle(np.exp(1j * turns).mean()))
     across = wrapped(turns - turn, 2 * math.pi) / (math.sqrt(2) * bearing_sd)
-    if nears and _white((its_far - far) / (math.sqrt(2) * range_sd), across):
+    if sails and _white((its_far - far) / (math.sqrt(2) * range_sd), across):
         keep("turned", np.array([turn]), np.array([[2 * bearing_sd**2 / n]]), ranges)
     if nears and _white((its_far - 2 * far) / (math.sqrt(5) * range_sd), turns / (math.sqrt(2) * bearing_sd)):
         keep("twice", np.zeros(1), np.eye(1), ranges)

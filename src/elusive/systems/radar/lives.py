@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from elusive.checks import Finding
-from elusive.contracts import VX, VY, Array, X, Y
+from elusive.contracts import Array, X, Y
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, edges
