@@ -113,6 +113,18 @@ def test_one_echo_of_one_ship_is_named_by_the_errors_it_shares(said: str) -> Non
     assert named >= 9
 
 
+def test_side_lobes_of_a_ship_that_passes_by_are_named_though_its_range_hardly_changes() -> None:
+    for seed in range(10):
+        rng = np.random.default_rng([seed, 64])
+        passes = np.array([1500.0, -450.0]) + TIMES_S[:, None, None] * [[[0.0, 3.0]]]
+        places = np.concatenate([passes, apart(rng, 3)], axis=1)
+        lobes = [(seen(rng, passes)[0] + np.radians([0, turn])) for turn in (-9, 8)]
+        holds, copies, sentence = judged([*seen(rng, places), *lobes])
+        assert not holds
+        assert copies >= 2
+        assert "side lobes" in sentence
+
+
 def test_ships_twice_by_a_second_radar_or_antenna_are_named_though_no_error_is_shared() -> None:
     for seed in range(10):
         rng = np.random.default_rng([seed, 63])
