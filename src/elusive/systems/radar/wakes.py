@@ -132,10 +132,10 @@ class Trailing:
         self._rest *= self._fade
         every = sensor.places(scan)
         for track, ship in ships.items():
-            self._pair(track, ship, *every)
             its = _behind(ship, rest, places, errors)
             if its is None:
                 continue
+            self._pair(track, ship, *every)
             self._scans += ship.existence
             aside = np.abs(its.aside) / (ASIDE * np.sqrt(its.aside_variance))
             # in its wake or, in two strips as wide each, beside
@@ -160,12 +160,12 @@ class Trailing:
             gone = place - then.place
             if not len(then.places) or not len(now.places):
                 continue
-            spread = then.errors[:, None] + now.errors
-            if not (gone @ np.linalg.inv(spread) @ gone > NEAR**2).all():
+            precision = np.linalg.inv(then.errors[:, None] + now.errors)
+            if not (gone @ precision @ gone > NEAR**2).all():
                 continue
             for sign, way in ((1.0, np.zeros(2)), (-1.0, 2 * gone)):
                 off = now.places - then.places[:, None] - way
-                alike = np.einsum("nmi,nmij,nmj->nm", off, np.linalg.inv(spread), off) < NEAR**2
+                alike = np.einsum("nmi,nmij,nmj->nm", off, precision, off) < NEAR**2
                 middle = (then.places[:, None] - then.place + now.places - place) @ velocity
                 pairs = ship.existence * alike * -np.sign(middle)
                 self._rest += sign * pairs.sum(), np.abs(pairs).sum()
