@@ -24,7 +24,7 @@ SLOW_MPS, SLOWEST_MPS, FASTEST_MPS = 25.0, 45.0, 400.0
 ROOM_M, ROOM_RAD = 60.0, 0.02  # beside where a plot would be straight ahead
 MOST, SCANS = 60, 1000  # plots of a scan, and scans, that are looked at
 TOLD = 3.0  # deviations of a new target's velocity, from which it is not found
-FEW, CLEAR = 20, 5.0  # more ahead than to the side, also in deviations of what chance makes
+FEW, CLEAR = 20, 4.0  # more ahead than to the side, also in deviations of what chance makes
 
 
 class Counted(NamedTuple):
@@ -90,7 +90,8 @@ def _unlike(places: Array, others: Array, apart_s: float) -> Array:
 def fast_finding(counted: Counted, speed_sd_mps: float) -> Finding:
     """Say that there are targets faster than new ones are taken to be."""
     ahead, aside, speed = counted
-    fast = ahead - aside > FEW + CLEAR * math.sqrt(ahead + aside) and speed > TOLD * speed_sd_mps
+    clear = ahead - aside > max(FEW, CLEAR * math.sqrt(ahead + aside))
+    fast = clear and speed > TOLD * speed_sd_mps
     return Finding(
         "radar.fast", not fast, 0.0, float(ahead - aside),
         f"{ahead - aside} plots more lie straight ahead of two before than to the side, at some {speed:.0f} m/s, as "
