@@ -10,6 +10,7 @@ from elusive.io.radar_video_arrays import write_radar_video_arrays
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.systems.video.echoes import MOST_CELLS, POINTLIKE, echo_at, sea_deviation
 from elusive.systems.video.hulls import as_ships, hulls_after
+from elusive.systems.video.long_echoes import NOTHING, with_middles
 from elusive.systems.video.moved import moved_after, without_still
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
@@ -61,6 +62,24 @@ def test_the_middle_of_a_long_echo_is_steadier_than_its_peak():
         power = points(np.linspace(48, 72, 9), 3000 * rng.exponential(size=9))
         off.append(np.hypot(*echo_at(turn_of(power), SENSOR, TOP, 60, 1.0).at) - SENSOR.grid[0] - 60 * SENSOR.grid[1])
     assert np.std(off) < 0.4 * 24 / np.sqrt(12) * SENSOR.grid[1]  # of what an even choice among the places scatters
+
+
+def test_of_a_long_echo_only_the_middle_stands_out():
+    """Whatever parts of it come and go; a point, the sea's own spots and a coast stay as they are."""
+    rng, off = np.random.default_rng(6), []
+    for _ in range(20):
+        power = points(np.arange(48, 73), 3000 * rng.exponential(size=25)) - 1 + rng.exponential(size=SENSOR.shape)
+        turn = turn_of(power)
+        told = with_middles(turn, SENSOR, sea_deviation(turn)).evidence
+        hull = told[TOP - 2 : TOP + 1, 48:73]
+        row, column = np.unravel_index(hull.argmax(), hull.shape)
+        off.append([row - 1, column - 12])
+        assert np.delete(hull, np.arange(column - 2, column + 3), axis=1).max() <= NOTHING
+        np.testing.assert_array_equal(told[: TOP - 15], turn.evidence[: TOP - 15])
+    assert np.abs(off).max() <= 2  # the cells about a middle that are told
+    for places in ([60.0], np.arange(20, 101)):
+        turn = turn_of(points(places, np.full(len(places), 3000.0)) * rng.exponential(size=SENSOR.shape))
+        assert with_middles(turn, SENSOR, sea_deviation(turn)) is turn
 
 
 def test_what_reaches_further_than_a_ship_is_no_ships_middle():
@@ -142,24 +161,25 @@ def test_a_track_that_has_left_no_place_is_a_candidate():
     for k in range(8):
         tracks = (track(1, 60 + (k % 2)), track(2, 80 + 3 * k)._replace(existence=0.8))
         turn = turn_of(points([60], [1.0]), 2.5 * k)
-        moved = moved_after(moved, tracks, turn, SENSOR)
+        moved = moved_after(moved, tracks, {}, turn, SENSOR)
         told.append({one.track: one.status for one in without_still(tracks, moved)})
     assert {some[1] for some in told} == {"candidate"}
     assert [some[2] for some in told] == ["candidate"] + ["confirmed"] * 7
 
 
-def test_a_hull_of_many_cells_is_one_ship_where_it_is(tmp_path):
-    """It was two to four tracks on it, sure of places at bow and stern, and of speeds between 3 and 19 m/s."""
-    radar = VideoRadar(spokes=360, samples=130, step_m=12.5, pulse_m=25.0, beam_deg=2.0, start_m=300.0)
+@pytest.mark.parametrize(("step_m", "samples", "length_m", "speed"), [(12.5, 100, 150, 9.0), (5.0, 240, 240, 4.0)])
+def test_a_hull_of_many_cells_is_one_ship_where_it_is(step_m, samples, length_m, speed, tmp_path):
+    """It was two to four tracks on it, sure of places at bow and stern and of wrong speeds; of 48 cells a wrong one."""
+    radar = VideoRadar(spokes=360, samples=samples, step_m=step_m, pulse_m=2 * step_m, beam_deg=2.0, start_m=300.0)
     sea, rng = Sea(radar, SeaState(shape=1.0), Still(np.zeros(cell_places(radar).shape[:2]))), np.random.default_rng(4)
-    way, speed = np.array([0.8, -0.6]), 9.0
-    along = np.linspace(-75, 75, 7)[:, None] * way
+    way, count = np.array([0.8, -0.6]), round(length_m / 2 / step_m) + 1
+    along = np.linspace(-length_m / 2, length_m / 2, count)[:, None] * way
     start = np.array([-1100.0, 700.0])
     parts = np.column_stack(
-        [start[0] + along[:, 0], np.full(7, speed * way[0]), start[1] + along[:, 1], np.full(7, speed * way[1])]
+        [start[0] + along[:, 0], np.full(count, speed * way[0]), start[1] + along[:, 1], np.full(count, speed * way[1])]
     )
     path = tmp_path / "video.npz"
-    write_radar_video_arrays(path, turns(sea, 26, parts, np.full(7, 24.0), rng))
+    write_radar_video_arrays(path, turns(sea, 26, parts, 24.0 + 5.0 * rng.standard_normal(count), rng))
     outcome = track_video_recording(open_radar_video(path), VideoTracking(), None)
     now = start + outcome.tracked.times_s[-1] * speed * way
     sure = [
@@ -167,5 +187,5 @@ def test_a_hull_of_many_cells_is_one_ship_where_it_is(tmp_path):
     ]
     (ship,) = sure
     off = ship.places[-1] - now
-    assert np.hypot(*off) < 75.0  # on the hull
+    assert np.hypot(*off) < length_m / 2  # on the hull
     np.testing.assert_allclose(ship.velocity[-1], speed * way, atol=2.0)

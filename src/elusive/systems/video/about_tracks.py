@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from typing import NamedTuple, Self
 
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.echoes import sea_deviation
 from elusive.systems.video.ghosts import Ghosts, ghosts_after, without_ghosts
 from elusive.systems.video.hulls import Hulls, as_ships, hulls_after
 from elusive.systems.video.moved import Moved, moved_after, without_still
@@ -24,15 +23,16 @@ class AboutTracks(NamedTuple):
     peaks: PeaksOf | None = None  # of their echoes
     moved: Moved | None = None  # of where they have been
 
-    def after(self, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo) -> tuple[Self, tuple[Track, ...]]:
-        """Return what is known after a turn, and the tracks as they are told."""
-        deviation = sea_deviation(turn)
+    def after(
+        self, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo, deviation: float
+    ) -> tuple[Self, tuple[Track, ...]]:
+        """Return what is known after a turn, and the tracks as they are told; ``deviation`` is the sea's."""
         hulls = hulls_after(self.hulls, tracks, turn, sensor, deviation)
         ships = as_ships(tracks, hulls)
         swell, ghosts = swell_after(self.swell, ships, turn, sensor), ghosts_after(self.ghosts, ships, turn, sensor)
         peaks = peaks_after(self.peaks, ships, turn, sensor, deviation)
         told = at_peaks(without_ghosts(without_crests(ships, swell), ghosts), peaks, turn, sensor)
-        moved = moved_after(self.moved, told, turn, sensor)
+        moved = moved_after(self.moved, told, peaks, turn, sensor)
         return type(self)(hulls, swell, ghosts, peaks, moved), without_still(told, moved)
 
 

@@ -1,8 +1,7 @@
 """Where an echo is in a turn: at its peak, uphill from a place, or in its middle where it is longer than a point's.
 
 A long ship returns from several places, each stronger or weaker from turn to turn (Skolnik, 2008, Radar handbook,
-chapter 14): its peak is now at the bow, now at the stern, and its middle, by the decibels over the least that counts as
-its echo, is far steadier.
+chapter 14): its peak is now at the bow, now at the stern, and the middle of all cells of its echo is far steadier.
 """
 
 from __future__ import annotations
@@ -21,10 +20,12 @@ LONGEST_M = 400.0  # a ship
 CLIMB = 16  # cells from a place to its echo's peak, at most
 POINT = 0.85  # deviation of a point's echo, in cells and rows
 OVER_SEA = 2.5  # of what is an echo: in deviations of the sea about what is expected of it
-OF_PEAK = 1 / 3  # and of its peak's logarithm over the sea's, whatever amplitudes a receiver makes of echoes
+OF_PEAK, OF_WHOLE = 1 / 3, 0.2  # and of its peak's logarithm over the sea's, whatever a receiver makes of echoes
+FILLED = 3.75  # deviations of a whole echo's median: of spots of the sea longer than a point 99 in 100 have less
 QUARTERS = math.log(math.log(4.0) / math.log(4 / 3))  # between quartiles of an exponential's logarithm
 MOST_CELLS = 20_000  # by which the sea's deviation is read
 POINTLIKE = np.zeros((2, 2))
+TOUCHING = np.ones((3, 3))
 
 
 class Echo(NamedTuple):
@@ -47,8 +48,8 @@ def sea_deviation(turn: EvidenceTurn) -> float:
 def echo_at(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, deviation: float) -> Echo:
     """Return the echo uphill from a cell, neither in the first column nor in the last; ``deviation`` is the sea's."""
     (first, step, pitch), (down, right) = sensor.grid, (0.0, 0.0)
-    row, column = _peak(turn.power, row, column)
-    middle = _middle(turn, sensor, row, column, OVER_SEA * deviation)
+    row, column = peak_of(turn.power, row, column)
+    middle = _middle(turn, sensor, row, column, deviation)
     if middle is None:
         rows = len(turn.power)
         down = _top(turn.power[(row + np.arange(-1, 2)) % rows, column])
@@ -63,7 +64,7 @@ def echo_at(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, devia
     return Echo(row, far * out, axes @ spread @ axes.T)
 
 
-def _peak(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
+def peak_of(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
     """Row and column of the greatest power uphill of a cell."""
     rows, columns = power.shape
     for _ in range(CLIMB):
@@ -78,26 +79,45 @@ def _peak(power: NDArray[np.float32], row: int, column: int) -> tuple[int, int]:
     return row, column
 
 
-def _middle(turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, least: float) -> tuple[Array, Array] | None:
-    """Rows and columns from a peak to its echo's middle, and their covariance; None if it is a point's or no ship's."""
+def cells_of(
+    turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, deviation: float, *, whole: bool = True
+) -> NDArray[np.int64] | None:  # fmt: skip
+    """Rows and columns from a peak to the cells of its echo, ``(2, n)``; ``deviation`` is the sea's.
+
+    A ``whole`` one stands far out of the sea, whatever lies between its parts, which come and go. None: the echo is no
+    such one, a point's, or no ship's.
+    """
     (first, step, pitch), (rows, columns) = sensor.grid, sensor.shape
-    tall = min(math.ceil(LONGEST_M / (pitch * (first + column * step))), rows // 4)
-    low, high = max(column - math.ceil(LONGEST_M / step), 0), min(column + math.ceil(LONGEST_M / step) + 1, columns)
-    over = turn.over_sea((row + np.arange(-tall, tall + 1))[:, None] % rows, np.arange(low, high))
-    least = max(least, OF_PEAK * float(over[tall, column - low]))
-    labels = ndimage.label(over > least, np.ones((3, 3)))[0]
-    own = labels[tall, column - low]
-    i, j = np.nonzero(labels == own)
-    edges = min(i.min(), j.min()) == 0 or i.max() == 2 * tall or j.max() == high - low - 1
-    across = 2 * POINT * math.sqrt(2 * max(float(over[tall, column - low]) - least, 0.0)) + 1  # of a point as strong
-    if not own or edges or max(np.ptp(i), np.ptp(j)) <= across:
+    level = float(turn.over_sea(row, column))
+    if not level > OVER_SEA * deviation:
         return None
-    weight = over[i, j] - least
-    weight /= weight.sum()
-    off = np.array([i - tall, j - (column - low)], dtype=np.float64)
-    middle = off @ weight
-    away = off - middle[:, None]
-    return middle, np.asarray((away * weight) @ away.T)
+    least = max(OVER_SEA * deviation, (OF_WHOLE if whole else OF_PEAK) * level)
+    across = 2 * POINT * math.sqrt(2 * (level - least)) + 1  # of a point as strong
+    tall = min(math.ceil(LONGEST_M / (pitch * (first + column * step)) + across), rows // 4)
+    wide = math.ceil(LONGEST_M / step + across)
+    low, high = max(column - wide, 0), min(column + wide + 1, columns)
+    over = turn.over_sea((row + np.arange(-tall, tall + 1))[:, None] % rows, np.arange(low, high))
+    above = over > least
+    labels = ndimage.label(ndimage.binary_dilation(above, TOUCHING) if whole else above, TOUCHING)[0]
+    i, j = np.nonzero(above & (labels == labels[tall, column - low]))
+    if max(np.ptp(i), np.ptp(j)) <= across:
+        return None
+    if min(i.min(), j.min()) == 0 or i.max() == 2 * tall or j.max() == high - low - 1:  # it goes on
+        return None
+    if whole and np.median(over[i, j]) < FILLED * deviation:
+        return None
+    return np.array([i - tall, j - (column - low)])
+
+
+def _middle(
+    turn: EvidenceTurn, sensor: RadarVideo, row: int, column: int, deviation: float
+) -> tuple[Array, Array] | None:
+    """Rows and columns from a peak to its echo's middle, and their covariance; None if it is a point's or no ship's."""
+    for whole in (True, False):
+        cells = cells_of(turn, sensor, row, column, deviation, whole=whole)
+        if cells is not None:
+            return cells.mean(axis=1), np.cov(cells, bias=True)
+    return None
 
 
 def _top(level: NDArray[np.float32]) -> float:

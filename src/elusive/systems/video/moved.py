@@ -12,7 +12,7 @@ import numpy as np
 
 from elusive.contracts import Array, X, Y
 from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
-from elusive.systems.video.peaks import cell_covariance
+from elusive.systems.video.peaks import MIDDLE, PeaksOf, cell_covariance
 from elusive.tracking.track import Track
 
 PLACE = [X, Y]
@@ -27,8 +27,13 @@ class Moved(NamedTuple):
     left: frozenset[int]  # those that have left that
 
 
-def moved_after(before: Moved | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo) -> Moved:
-    """Return what is known after a turn."""
+def moved_after(
+    before: Moved | None, tracks: Sequence[Track], peaks: PeaksOf, turn: EvidenceTurn, sensor: RadarVideo
+) -> Moved:  # fmt: skip
+    """Return what is known after a turn.
+
+    By how much the middle of an echo, as ``peaks`` tell it, is off its ship's for good, it is off at both places.
+    """
     old = before or Moved({}, frozenset())
     alive = [track for track in tracks if track.status != "deleted"]
     first = {track.track: old.first.get(track.track, track.mean[PLACE]) for track in alive}
@@ -37,6 +42,8 @@ def moved_after(before: Moved | None, tracks: Sequence[Track], turn: EvidenceTur
         off = track.mean[PLACE] - first[track.track]
         cell = cell_covariance(track.mean[PLACE] - np.asarray(turn.place), sensor)
         spread = track.covariance[np.ix_(PLACE, PLACE)] + PART**2 * cell
+        if track.track in peaks:
+            spread -= MIDDLE**2 * peaks[track.track].reach
         if off @ np.linalg.solve(spread, off) > LEFT**2:
             left.add(track.track)
     return Moved(first, frozenset(left))

@@ -22,6 +22,8 @@ from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.about_tracks import NOTHING
+from elusive.systems.video.echoes import sea_deviation
+from elusive.systems.video.long_echoes import with_middles
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.results import ADDED, VideoOutcome, VideoRun
 from elusive.systems.video.start import VideoStart, start_of
@@ -75,8 +77,10 @@ def track_video(
     belief, rng, learnt = memory.held or (tracker.init(rng), rng, None)
     about = NOTHING if learnt is None else learnt.about
     for one in turns:
+        deviation = sea_deviation(one.turn)
+        one = one._replace(turn=with_middles(one.turn, sensor, deviation))
         belief = tracker.step(belief, one.turn.time_s, one.turn, rng)
-        about, tracks = about.after(belief.tracks, one.turn, sensor)
+        about, tracks = about.after(belief.tracks, one.turn, sensor, deviation)
         one = one._replace(learnt=one.learnt._replace(about=about))
         memory.keep(one.turn.time_s, belief, rng, one.learnt)
         if frame is not None and tracks:
