@@ -90,6 +90,19 @@ def test_plots_that_are_rounded_err_as_rounding_does(times):
     assert found.bearing_sd_rad == pytest.approx(np.hypot(0.006, steps[1] / np.sqrt(12)), rel=0.2)
 
 
+def test_places_that_are_rounded_err_as_rounding_does():
+    """To 60 m, by a map whose axes turn as longitudes do; of a radar that errs by a tenth of that."""
+    rng = np.random.default_rng(5)
+    sensor, triples = some_radar(rng, range_sd_m=6.0, bearing_sd_mrad=1.0), Triples()
+    for scan in seen_by(sensor, rng, scans=150):
+        x, y = (60 * np.round(scan.range_m * axis(scan.bearing_rad) / 60) for axis in (np.sin, np.cos))
+        x += 2e-7 * x * y
+        triples.add(scan._replace(range_m=np.hypot(x, y), bearing_rad=np.arctan2(x, y)))
+    found = triples.fit()
+    assert found is not None
+    assert found.range_sd_m == pytest.approx(np.hypot(6.0, 60 / np.sqrt(12)), rel=0.25)
+
+
 def test_echoes_that_lie_about_ships_make_no_errors_of_the_radar():
     """Foam stays where ships were: triples of some of it lie about nothing, tens of metres wide."""
     rng = np.random.default_rng(4)

@@ -15,6 +15,7 @@ from elusive.contracts import Array
 OVERLAP = 3.0  # triples that share a plot
 ROUNDS = 60
 NARROWER, APART = (0.25, 0.06), 4.0  # deviations that are tried within others; areas by which two Gaussians differ
+LEAST = 0.5, 5e-5  # deviations [m, rad] below which plots are alike, as a map's cells make them, and no radar errs
 
 
 def sharpest(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array]:
@@ -25,7 +26,8 @@ def sharpest(errors: Array, limits: Array, sd: Array) -> tuple[Array, Array]:
         its, (own, wide), density = mixture(errors, limits, np.stack([narrower * found[0], found[0]]))
         more = (float(np.log(density).sum()) - before) / OVERLAP
         # by Schwarz (1978): two deviations and a share are more to fit
-        if more > 1.5 * math.log(len(errors)) and float(np.prod(wide)) > APART * float(np.prod(own)):
+        clear = more > 1.5 * math.log(len(errors)) and float(np.prod(wide)) > APART * float(np.prod(own))
+        if clear and (own > LEAST).all():
             return its, own
     return member, found[0]
 

@@ -9,7 +9,8 @@ fitted by expectation and maximisation (Dempster, Laird and Rubin, 1977), tells 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,9 @@ FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 MOST, COLUMNS = 40_000, 9  # triples that are kept, and what is known of each
 WINDOW = 6.0  # deviations in which the mixture is fitted
 MOST_FITTED = 8000  # triples
-DIGITS, NEARLY = 9, 0.01  # of ranges [m] and bearings [rad] that are read; share of steps that may be less
+READ = 1e-2, 1e-5, 0.5, 0.5  # least differences of ranges [m], bearings [rad], places [m]; less is of a map's axes
+STRAY, MULTIPLES = 3, 50.0  # differences that may be less than a step; of a step, that are looked at
+NEARLY, MOSTLY = 0.15, 0.9  # of a step, by which a multiple may be off; share of the differences that are multiples
 FEW = 25  # triples of targets, from which errors are known
 ENOUGH = 100  # triples of targets whose middle plot is in no other triple, from which they alone are taken
 SURE = 0.8  # probability from which a triple is a target's
@@ -116,7 +119,7 @@ class Triples:
 
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
-        steps = np.array([_step(one.range_m for one in self._first), _step(one.bearing_rad for one in self._first)])
+        steps = _steps(self._first)
         found = _of_rows(self.rows, USUAL, steps)
         if found is not None and not found.cut_off(self._first):
             return found
@@ -132,20 +135,44 @@ class Triples:
         return found if poor is None or poor.crowded else poor
 
 
-def _step(values: Iterable[Array]) -> float:
-    """Return nearly the least step between values of plots, scan by scan: that which they are rounded to."""
-    steps = np.diff(np.unique(np.round(np.concatenate([np.zeros(0), *values]), DIGITS)))
-    return float(np.quantile(steps, NEARLY)) if len(steps) else 0.0
+def _steps(scans: Sequence[_Places]) -> Array:
+    """Return the steps that ranges [m], bearings [rad] and places [m] are rounded to, ``(3,)``.
+
+    About the least by which plots differ from the nearest of the scan before: of longitude and latitude steps are
+    alike nearby alone.
+    """
+    found = list[Array]()
+    for before, now in pairwise(scans):
+        if len(before.times_s) and len(now.times_s):
+            _, which = cKDTree(before.places).query(now.places)
+            each, other = (np.column_stack([one.range_m, one.bearing_rad, one.places]) for one in (now, before))
+            found.append(np.abs(each - other[which]))
+    columns = np.concatenate([np.zeros((0, 4)), *found]).T
+    along, aside, east, north = (_step(one[one > read], read) for one, read in zip(columns, READ, strict=True))
+    return np.array([along, aside, math.sqrt((east**2 + north**2) / 2)])
+
+
+def _step(differences: Array, read: float) -> float:
+    """Return the step of which differences above zero ``(n,)`` are nearly whole multiples; 0: of none."""
+    for steps in (differences, np.diff(np.sort(differences))):  # none may be of one step alone
+        if len(steps := steps[steps > read]) > FEW:
+            step = float(np.partition(steps, STRAY)[STRAY])
+            times = differences[differences < MULTIPLES * step] / step
+            if len(times) >= FEW and (np.abs(times - np.round(times)) < NEARLY).mean() > MOSTLY:
+                return step
+    return 0.0
 
 
 def _of_rows(rows: Array, widest: Widest, steps: Array) -> PlotErrors | None:
-    """Return the errors that triples show, ``(n, 9)``, of ranges and bearings that are rounded to steps ``(2,)``."""
-    rows, rounding = rows.copy(), steps / math.sqrt(12)
+    """Return the errors that triples show, ``(n, 9)``, of ranges, bearings and places rounded to steps ``(3,)``."""
+    rows, (along, aside, place) = rows.copy(), steps / math.sqrt(12)
+    rounding = np.column_stack([np.full(len(rows), math.hypot(along, place)), np.hypot(aside, place / rows[:, 3])])
     # differences of rounded values are alike again and again, and would seem to have no error
-    rows[:, :2] += rounding * np.random.default_rng(0).standard_normal((len(rows), 2))
+    rows[:, :2] += rounding * np.random.default_rng(0).standard_normal(rounding.shape)
     _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
     # echoes close to each other make triples of several, which no uniform density describes
-    alone = _fitted(rows[candidates[which.ravel()] == 1], widest, rounding) if len(rows) else None
+    one = candidates[which.ravel()] == 1
+    alone = _fitted(rows[one], widest, rounding[one])
     if alone is not None and alone.targets >= ENOUGH:
         return alone
     every = _fitted(rows, widest, rounding)
@@ -159,14 +186,16 @@ def _fitted(rows: Array, widest: Widest, rounding: Array) -> PlotErrors | None:
     most = np.array(widest[:2])
     limits, sd = most, most / 4
     for _ in range(4):  # the window closes in on what is found
-        inside_rows = rows[(np.abs(rows[:, :2]) < limits).all(axis=1)]
-        inside_rows = inside_rows[:: max(1, len(inside_rows) // MOST_FITTED)]
+        inside = np.flatnonzero((np.abs(rows[:, :2]) < limits).all(axis=1))
+        inside = inside[:: max(1, len(inside) // MOST_FITTED)]
+        inside_rows = rows[inside]
         member, sd = sharpest(inside_rows[:, :2], limits, np.minimum(sd, limits / 2))
         limits = np.minimum(WINDOW * sd, most)
     total = float(member.sum())
     if total < FEW:
         return None
-    sd = np.sqrt(np.maximum(sd**2 - rounding**2, rounding**2))
+    rounded = member @ rounding[inside] ** 2 / total
+    sd = np.sqrt(np.maximum(sd**2 - rounded, rounded))
     sure = certain = inside_rows[member > SURE]
     rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
     far_m = float(np.quantile(sure[:, 3], FAR)) if len(sure) else 0.0
