@@ -66,6 +66,19 @@ def test_a_track_is_as_far_off_as_it_says(bend, deviation_m):
     assert np.mean(squares) > 2 * deviation_m**2 / (2 * deviation_m**2 + 12.5**2) / 2
 
 
+@pytest.mark.parametrize(("shown", "kept"), [(0.0, False), (20.0, True)])
+def test_a_track_that_its_own_cells_show_is_not_drawn_to_what_sails_along_it(shown, kept):
+    """A coast's peak goes along with a ship beside it: tracks known to 8 m were told 100 to 250 m off, and sure."""
+    rng, cell, echo = np.random.default_rng(8), 12.5**2 * np.eye(2), None
+    for k in range(TURNS):
+        at = np.array([900 + 12.5 * k, 1200.0])
+        peak = at + rng.normal((0.0, 60.0), 5.0)
+        echo = told_by(echo, 2.5 * k, peak, at, cell, shown=shown)
+    ship = Track(1, "confirmed", 1.0, np.array([at[0], 5.0, at[1], 0.0]), np.diag([36.0, 0.25, 36.0, 0.25]))
+    found = told(ship, echo, 2.5 * (TURNS - 1), cell)
+    assert (abs(found.mean[2] - at[1]) < 1.0) == kept
+
+
 @pytest.mark.parametrize("speed_mps", [0.0, 2.5])
 def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
     sensor, rng, ways = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0), np.random.default_rng(3), None
@@ -77,7 +90,8 @@ def test_only_a_peak_that_sails_tells_where_a_track_is(speed_mps):
         echo = 3000 * np.exp(-(((row - 89) ** 2 + (column - at) ** 2) / 2.0))
         power = (1 + echo * rng.gamma(4.0, 0.25) + rng.exponential(size=shape)).astype(np.float32)
         own = np.array([1540.0 + 2.5 * time_s, 2.5, 0.0, 0.0])
-        turn = EvidenceTurn(time_s, np.full(len(power), time_s), power, (0.0, 0.0), power, power, level_sea(power))
+        nothing = rng.exponential(size=shape).astype(np.float32)  # against what is fixed
+        turn = EvidenceTurn(time_s, np.full(len(power), time_s), nothing, (0.0, 0.0), power, power, level_sea(power))
         tracks = (Track(1, "confirmed", 1.0, own, np.eye(4)),)
         ways = peaks_after(ways, tracks, turn, sensor, 1.0)
         (shown,) = at_peaks(tracks, ways, turn, sensor)

@@ -26,6 +26,9 @@ PLACE, VELOCITY = [X, Y], [VX, VY]
 SPEED_SD = 8.0  # deviation of a ship's velocity on each axis, before anything tells it [m/s]
 # by which a track errs beyond what it tells, in cells and rows and m/s of its velocity: mostly, and if it is lost
 OWN = (0.9, 1.25, 2.0), (0.1, 5.0, 6.0)
+SHOWN = 0.5, 1.0  # the same if the cells about it show a ship where it has it
+RATIO, UNSEEN = 10.0, 0.02  # of a ship's evidence to clutter's, by which they do, and probability that none shows
+MOST = 30.0  # evidence, and its sum, beyond which nothing is surer
 ABOUT, FAR = 2.0, 0.1  # cells by which peaks of clutter are off a track, and the share of those that are anywhere
 CLUTTER = 0.5  # probability beforehand that peaks are those of clutter
 OTHER, RESTS = 0.2, 0.2  # that a peak which keeps to a way is another's than the ship's, and that this rests
@@ -40,6 +43,7 @@ class Peaks(NamedTuple):
     way: PlaceBank
     regular: float = 0.0  # log evidence that they keep to a way, against peaks of clutter about the track
     reach: Array = POINTLIKE  # (2, 2) covariance of the echo's own places [m^2]
+    shown: float = 0.0  # log evidence of the cells about the track's own place, against clutter
 
 
 PeaksOf = Mapping[int, Peaks]  # of each track, by number
@@ -61,27 +65,28 @@ def peaks_after(
         own = track.mean[PLACE] - passed_s * track.mean[VELOCITY]
         found[track.track] = told_by(
             (before or {}).get(track.track), turn.time_s - passed_s, east_north + echo.at, own,
-            cell_covariance(echo.at, sensor), echo.reach,
+            cell_covariance(echo.at, sensor), echo.reach, _log_shown(turn, int(row), int(column)),
         )  # fmt: skip
     return found
 
 
 def told_by(
-    before: Peaks | None, time_s: float, place: Array, own: Array, cell: Array, reach: Array = POINTLIKE
-) -> Peaks:
+    before: Peaks | None, time_s: float, place: Array, own: Array, cell: Array, reach: Array = POINTLIKE,
+    shown: float = 0.0,
+) -> Peaks:  # fmt: skip
     """Return what peaks tell, with one at a place ``(2,)`` when the track was at its own.
 
     ``cell`` is the covariance of an error of a cell, ``reach`` that of the echo's own places, ``(2, 2)``.
     """
     if before is None:
-        return Peaks(PlaceBank.begun(time_s, place, cell + reach, SPEED_SD), 0.0, reach)
+        return Peaks(PlaceBank.begun(time_s, place, cell + reach, SPEED_SD), 0.0, reach, shown)
     if time_s <= before.way.time_s:
         return before
     anywhere = math.exp(-_log_anywhere(cell))
     reach = before.reach + (1 - LATEST) * (reach - before.reach)
     way, log_density = before.way.ahead(time_s).seen(place, cell + reach, anywhere)
     about = (1 - FAR) * math.exp(_log_normal(place - own, ABOUT**2 * cell + reach)) + FAR * anywhere
-    return Peaks(way, LATEST * before.regular + log_density - math.log(about), reach)
+    return Peaks(way, LATEST * before.regular + log_density - math.log(about), reach, LATEST * before.shown + shown)
 
 
 def at_peaks(tracks: Sequence[Track], peaks: PeaksOf, turn: EvidenceTurn, sensor: RadarVideo) -> tuple[Track, ...]:
@@ -101,7 +106,9 @@ def told(track: Track, peaks: Peaks, time_s: float, cell: Array) -> Track:
     covariance[np.ix_(PLACE, PLACE)] += HIDDEN**2 / 12 * cell + MIDDLE**2 * peaks.reach
     off, speed, spread = mean - track.mean, mean[VELOCITY], covariance[np.ix_(VELOCITY, VELOCITY)]
     own, of_ship = np.array(track.covariance), -math.inf
-    for share, cells, mps in OWN:
+    unseen = math.exp(-min(max(peaks.shown, 0.0), MOST))
+    kinds = [(unseen * share, cells, mps) for share, cells, mps in OWN]
+    for share, cells, mps in kinds + [(1 - unseen, *SHOWN)] * (unseen < 1):
         errs = np.zeros((4, 4))
         errs[np.ix_(PLACE, PLACE)], errs[VELOCITY, VELOCITY] = cells**2 * cell + peaks.reach, mps**2
         of_ship = np.logaddexp(of_ship, math.log(share) + _log_normal(off, covariance + track.covariance + errs))
@@ -114,6 +121,15 @@ def told(track: Track, peaks: Peaks, time_s: float, cell: Array) -> Track:
     place, other = (mean, 1 - share) if share > 0.5 else (track.mean, share)
     both = share * covariance + (1 - share) * own + other * np.outer(off, off)
     return track._replace(mean=place, covariance=both)
+
+
+def _log_shown(turn: EvidenceTurn, row: int, column: int) -> float:
+    """Logarithm of the likelihood ratio, to clutter, of a ship in any of the nine cells about one; 0: not known."""
+    about = np.arange(-1, 2)
+    evidence = turn.evidence[np.ix_((row + about) % len(turn.evidence), column + about)].astype(np.float64)
+    known = np.clip(evidence[np.isfinite(evidence)], 0.0, MOST)
+    ratio = UNSEEN + (1 - UNSEEN) * np.expm1(known * (1 - 1 / RATIO)) / (RATIO - 1)
+    return math.log(float(ratio.mean())) if len(known) else 0.0
 
 
 def cell_covariance(off: Array, sensor: RadarVideo) -> Array:
