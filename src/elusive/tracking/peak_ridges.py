@@ -16,8 +16,9 @@ from elusive.preprocess._scale_kernels import Image
 from elusive.preprocess.ridges import ridge_about
 from elusive.tracking.peak_targets import PeakTargets
 
+STILL_PX = 0.05  # way of the scene in a frame up to which pixels sample its edges where they did
 LATEST = 0.15  # weight of the latest frame: what passes an edge is none
-RIDGE = 0.3  # share of its curvature that goes on to both sides, from which a track is a place on an edge
+RIDGE = 0.6  # share of its bend that goes on to both sides, from which a track is on an edge: a car on a road has less
 
 
 def ridged(targets: PeakTargets, which: NDArray[np.bool_], image: Image, offset_px: Array) -> PeakTargets:

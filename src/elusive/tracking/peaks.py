@@ -24,7 +24,7 @@ from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import NEWS, PeakRecursion
-from elusive.tracking.peak_ridges import leave_ridges, ridged
+from elusive.tracking.peak_ridges import STILL_PX, leave_ridges, ridged
 from elusive.tracking.peak_swift import Unclaimed
 from elusive.tracking.peak_targets import PeakTargets
 from elusive.tracking.peak_warp import Warp, carried, warp_of
@@ -193,7 +193,9 @@ class SceneTracker(PeakRecursion):
         leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
             looked_at = shown | (confirmed & (moves > self.show_until))
-            targets = ridged(bodied(targets, looked_at, image, peaks.offset_px), looked_at, image, peaks.offset_px)
+            targets = bodied(targets, looked_at, image, peaks.offset_px)
+            if math.hypot(*peaks.step_px) > STILL_PX:
+                targets = ridged(targets, looked_at, image, peaks.offset_px)
             leave_ridges(targets, shown)
             leave_parts(targets, shown)
         leave_companions(targets, shown)
