@@ -32,7 +32,7 @@ class RayRoom(NamedTuple):
         return iter(self.frames)
 
 
-def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S, sits=()):
+def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S, sits=(), noise_db=NOISE_DB):
     """Draw a room whose people walk at some speeds from the thirtieth frame on, in whole dB.
 
     One more sits at some places, in as many frames from the first.
@@ -60,6 +60,6 @@ def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTE
     ]
     truth = [np.empty((0, 2))] * EMPTY + [np.array([path[k] for path in paths]).reshape(-1, 2) for k in range(frames)]
     truth = [np.vstack([people, sits[k : k + 1]]) if k < len(sits) else people for k, people in enumerate(truth)]
-    heard = (np.round(level(people) + NOISE_DB * rng.standard_t(3.0, (len(links), channels))) for people in truth)
+    heard = (np.round(level(people) + noise_db * rng.standard_t(3.0, (len(links), channels))) for people in truth)
     log = [RssFrame(interval_s * k, np.where(rss < -97, np.nan, rss)) for k, rss in enumerate(heard)]
     return RayRoom(log, network, truth, tuple(map(str, range(channels))))

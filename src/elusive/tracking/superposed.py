@@ -223,7 +223,7 @@ class SuperposedTracker(SuperposedSettings):
 
     @cached_property
     def _hidden(self) -> Hidden:
-        side = self._side if isinstance(self.birth, ProposedBirths) else 0.0
+        side = self._side if isinstance(self.birth, ProposedBirths) else self.unseen_within
         least = LOUD if side > 0 else self.forget_below
         return Hidden(self.motion, self.sensor, self._log_allowed, side, least, CLOUDS * self.particles)
 

@@ -96,7 +96,8 @@ def test_what_is_left_over_is_what_the_sensor_says_of_one_more():
 def test_what_few_links_let_err_for_ever_adds_up_to_nobody(seed):
     """Three links that no one place explains read otherwise, each frame alike; somebody adds up within seconds."""
     place, other = np.array([-1.0, 0.5]), np.array([2.0, -1.0])
-    chain, state, sensor, rng = one_more_beside(place, seed)
+    chain, state, sensor, _ = one_more_beside(place, seed)
+    rng = np.random.default_rng(seed)
     odd = np.isin(sensor.link, rng.choice(len(sensor.tables.ends), 3, replace=False))[:, None]
     erring = sensor.simulate(states_of(place[None]), rng) - np.where(odd, 8.0, 0.0)
     both = sensor.simulate(states_of(np.array([place, other])), rng)

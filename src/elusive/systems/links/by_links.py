@@ -33,6 +33,9 @@ from elusive.tracking.superposed_state import SuperposedState
 from elusive.tracking.track import Track
 
 KEPT = 0.5  # share of the error of a place that is kept from frame to frame, while nobody is known
+# while nobody is tracked: existence below which somebody is forgotten, of whom one frame of noisy radios tells little;
+# and side of the cells in which such guesses come together, over that of those in which newcomers are looked for
+FAINT, UNSEEN_CELLS = 1e-3, 2.0
 NOBODY = 1e-6  # existence of whom the room was taken for
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
@@ -151,8 +154,11 @@ class LinksChain:
     def __init__(self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool) -> None:
         self._filter, self._near_m, self._by_reading = people, near_m, by_reading
         self._entrance = Entrance(area=area, width_m=near_m)
+        self._first = people  # while nobody is tracked
         self._one_more: OneMore | None = None
         if isinstance(people.sensor, ShadowedLinks) and isinstance(people.birth, AreaBirths):
+            within_m = UNSEEN_CELLS * (people.birth.pitch or 0.0)
+            self._first = people.replace(forget_below=min(people.forget_below, FAINT), unseen_within=within_m)
             self._one_more = OneMore(people.sensor, people.birth.components[0], area, people.separation)
 
     def seen(self, rss: RssState) -> Array:
@@ -213,14 +219,17 @@ class LinksChain:
             If the frame is not of the calibration's links and channels, or time runs backwards.
         """
         sensor, likeness, bias_m2, unexplained = self._filter.sensor, state.likeness, 0.0, NOTHING
+        # beside somebody a site's errors last, and would add up to one more: OneMore looks for those
+        alone = all(target.existence <= LOUD for target in state.belief.targets)
+        people = self._first if alone else self._filter
         rests, changed, tells = state.rests, None, math.nan
         if not isinstance(sensor, ShadowedLinks) or change is None:
-            belief = self._filter.step(state.belief, time_s, change, rng)
+            belief = people.step(state.belief, time_s, change, rng)
         else:
             interval_s = FIRST_S if math.isnan(state.belief.time_s) else interval_since(state.belief.time_s, time_s)
             kept = self._kept(state.belief, interval_s)
             tempered = sensor.tempered(change, likeness, kept, state.by_chance)
-            belief = self._filter.step(state.belief, time_s, tempered, rng)
+            belief = people.step(state.belief, time_s, tempered, rng)
             sure = [track.mean for track in belief.tracks if track.status == "confirmed"]
             if sure and self._one_more is not None:
                 unexplained = self._one_more.sought(state.unexplained, belief, tempered)
