@@ -42,7 +42,7 @@ class PeakTargets(NamedTuple):
     strayed: Array  # (n, 2) mean squared distance from each [px^2]
     swept: Array  # (n,) way that the camera has made since its first peak [px]
     mark: NDArray[np.bool_]  # (n,) on the sensor or its optics, not in the scene
-    ridge: Array  # (n,) how much of an edge it is, lately, 0 to 1; NaN before it was looked at
+    ridge: Array  # (n,) how much of an edge it is, lately, -1 to 1; NaN before it was looked at
     body: Array  # (n, 6) way to the middle of what it is a part of, lately and at first, its extent, its way since [px]
 
     @classmethod

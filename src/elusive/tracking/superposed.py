@@ -24,7 +24,7 @@ from elusive.filters.particle import _kernels
 from elusive.filters.particle.cells import cell_side
 from elusive.filters.particle.parts import AnyKnowledge, AnyMotion, Known, allowed_by
 from elusive.filters.particle.resampling import resample
-from elusive.model import Probability, or_own
+from elusive.model import NonNegative, Probability, or_own
 from elusive.motion import transition
 from elusive.sensors.field import FieldSensors
 from elusive.tracking.birth_density import BirthComponent, BirthDensity, BuiltInBirths, ProposedBirths, within
@@ -67,6 +67,11 @@ class SuperposedTracker(SuperposedSettings):
 
     birth_probability: Probability = Field(
         0.005, description="Probability that a target appears in 1 s, P_b, of births that the measurement proposes"
+    )
+    unseen_within: NonNegative = Field(
+        0.0,
+        description="Side of the cells of place in which guesses too weak to be targets come together, of births that "
+        "no measurement proposes; 0: they are forgotten [m or px]",
     )
     newborns: int = Field(300, ge=10, description="Particles of a newborn target that the measurement proposes")
 

@@ -18,11 +18,6 @@ class SuperposedSettings(Model):
         description="Side of the cells of place in which a cloud is spread over what it stands for, mean and "
         "covariance kept; 0: it stays as resampled; not given: three point spreads, 0 for a sensor without [px]",
     )
-    unseen_within: NonNegative = Field(
-        0.0,
-        description="Side of the cells of place in which guesses too weak to be targets come together, of births that "
-        "no measurement proposes; 0: they are forgotten [m or px]",
-    )
     sweeps: int = Field(2, ge=1, le=20, description="Updates of a target given the others, a measurement, at most")
     forget_below: float = Field(
         1e-3, gt=0, lt=1, description="Existence below which a target is not sought, or forgotten"

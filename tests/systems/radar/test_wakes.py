@@ -86,6 +86,8 @@ def test_foam_stays_behind_a_ship_and_a_hull_goes_along(seed):
             trailing.add(seen, SENSOR, {1: sails}, np.ones(seen.detections, dtype=bool))
     assert foam.stays
     assert not hull.stays
+    foam.add(seen, SENSOR, {}, np.ones(seen.detections, dtype=bool))
+    assert not foam._before  # of a ship that has gone nothing is held: a radar watches for years
 
 
 def test_what_is_told_of_wakes():

@@ -97,7 +97,7 @@ class LinksMethod(Model):
     birth_pitch_m: Positive = Field(0.4, description="Side of a cell in which newcomers are looked for [m]")
     people: SuperposedSettings = Field(
         SuperposedSettings(particles=500, death_probability=0.016, forget_below=0.02, separation=0.5),
-        description="The filter",
+        description="The filter; fainter guesses are kept while nobody is tracked",
     )
     near_m: Positive = Field(1.0, description="Distance at which two people are said to be near [m]")
     smooth: bool = Field(False, description="Places given what came later too; of a recorded log, which is read twice")

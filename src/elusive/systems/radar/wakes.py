@@ -127,10 +127,10 @@ class Trailing:
         """Take a scan in: ships that are followed, by their tracks, and which plots are none of theirs, ``(m,)``."""
         self._plots, self._far = self._fade * self._plots, self._fade * self._far
         self._variance, self._scans = self._fade * self._variance, self._fade * self._scans
-        rest = scan.select_detections(np.flatnonzero(left))
-        places, errors = sensor.places(rest)
+        rest, every = scan.select_detections(np.flatnonzero(left)), sensor.places(scan)
+        places, errors = (one[left] for one in every)
         self._rest *= self._fade
-        every = sensor.places(scan)
+        self._before = {track: held for track, held in self._before.items() if track in ships}
         for track, ship in ships.items():
             its = _behind(ship, rest, places, errors)
             if its is None:
