@@ -168,10 +168,11 @@ class RadarSensor(RadarView):
         See :meth:`~elusive.contracts.DetectionSensor.draw_births` and :meth:`RadarView.draw_from_plots`.
         """
         scan, inside = self.judged(_selected(measurement, which))
-        states = np.zeros((len(which), n, 4))
-        states[inside] = self.draw_from_plots(
-            scan, np.repeat(np.arange(scan.detections), n), rng, speed_sd_mps
-        ).reshape(-1, n, 4)
+        states = self.draw_from_plots(scan, np.repeat(np.arange(scan.detections), n), rng, speed_sd_mps)
+        states = states.reshape(-1, n, 4)  # as they lie in memory, column by column
+        if not inside.all():
+            states, drawn = np.zeros((4, len(which), n)).transpose(1, 2, 0), states
+            states[inside] = drawn
         log_density = np.full(len(inside), -np.inf)
         # a view without bounds has plots of new targets too, however thinly they are spread
         log_density[inside] = self.log_uniform(scan).clip(FAINTEST)

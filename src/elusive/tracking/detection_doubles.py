@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from elusive.contracts import Array, X, Y
 from elusive.tracking.detection_targets import CERTAIN, Target
@@ -28,10 +29,13 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
     if room is not None:
         covariances[:, PLACE[:, None], PLACE] += room
     variances = np.diagonal(covariances, axis1=1, axis2=2)
-    squares = (means[:, None] - means) ** 2
-    close = (squares <= 4 * within**2 * (variances[:, None] + variances)).all(axis=-1)
     area = np.sqrt(np.linalg.det(covariances[:, PLACE[:, None], PLACE]).clip(0.0))
-    close &= area <= VAGUE**2 * area[:, None]  # [target, the one that it would become]
+    first, second = _alike(means[:, None, X], means[:, X], variances[:, None, X], variances[:, X], within).nonzero()
+    pairs = _alike(means[first], means[second], variances[first], variances[second], within).all(axis=-1)
+    pairs &= (first != second) & (area[second] <= VAGUE**2 * area[first])
+    would_become: dict[int, list[int]] = {}
+    for number, other in zip(first[pairs].tolist(), second[pairs].tolist(), strict=True):
+        would_become.setdefault(number, []).append(other)
 
     def apart(first: int, second: int) -> float:
         """Root mean square difference of place and velocity of two beliefs, in their deviations."""
@@ -40,12 +44,13 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
         return math.sqrt(max(0.0, float(off @ np.linalg.lstsq(total, off)[0])) / 4)
 
     kept: dict[int, Target] = {}
-    order = [(target.life.status != "confirmed", target.life.track is None) for target in targets]
-    for number in sorted(range(len(targets)), key=lambda number: order[number]):
+    order = [(target.life.status != "confirmed", target.life.track is None, k) for k, target in enumerate(targets)]
+    for number in sorted(range(len(targets)), key=order.__getitem__):
         target = targets[number]
         # of a pair it is known jointly that they are two
         with_it = -1 if target.pair is None else target.pair.track
-        near = (other for other in kept if close[number, other] and targets[other].life.track != with_it)
+        others = sorted(kept.keys() & would_become.get(number, ()), key=order.__getitem__)
+        near = (other for other in others if targets[other].life.track != with_it)
         same = next((other for other in near if apart(number, other) < within), None)
         if same is None:
             kept[number] = target
@@ -55,6 +60,11 @@ def merged(targets: list[Target], within: float, room: Array | None = None) -> l
                 both = max(kept[same].existence, target.existence)
             kept[same] = kept[same]._replace(existence=min(both, CERTAIN), echo=_likelier(target, kept[same], both))
     return [kept[number] for number in sorted(kept)]
+
+
+def _alike(first: Array, second: Array, its: Array, others: Array, within: float) -> NDArray[np.bool_]:
+    """Whether components, known with variances, differ by less than twice so many deviations."""
+    return np.asarray((first - second) ** 2 <= 4 * within**2 * (its + others))
 
 
 def kept_up(targets: Sequence[Target], undetected: float) -> tuple[list[Target], float, list[FixedEcho]]:

@@ -77,9 +77,11 @@ def informed(
     rng
         Source of the draws.
     """
-    few = _leave_few(found, log_new, share)
     # joint samples of a pair stand row by row
-    if not few.size or one.target.pair is not None or not _is_gaussian(one):
+    if not found.which.size or one.target.pair is not None:
+        return None
+    few = _leave_few(found, log_new, share)
+    if not few.size or not _is_gaussian(one):
         return None
     n = len(one.weights)
     before = _Gaussian(*proper_moments(one.particles, one.weights))

@@ -40,7 +40,11 @@ def associated(
     log_odds = np.concatenate(
         [
             np.empty(0),
-            *(its.log_made - its.log_missed - log_new[which] for its, which in zip(both, within, strict=True)),
+            *(
+                its.log_made - its.log_missed - log_new[which]
+                for its, which in zip(both, within, strict=True)
+                if len(which)
+            ),
         ]
     )
     joined = marginals(target, detection, log_odds, len(both), len(log_new))

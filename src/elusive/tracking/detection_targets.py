@@ -223,7 +223,7 @@ def evidence(
     if echo is not None and one.target.echo is not None:
         others = (1 - existence) / (1 - one.existence)  # what speaks against the target speaks for the rest
         its_echo = echo_evidence(one.target.echo.existence * others, *echo)
-    if not (np.isfinite(total).all() and (scale < math.inf).all()):
+    if not (math.isfinite(total.sum()) and scale.max() < math.inf):
         raise DataError(
             "log_densities, detection_probabilities or log_probability: is NaN or plus infinity for some state; check "
             "the sensor and what is known."
@@ -249,18 +249,21 @@ def after_scan(
     shares = np.concatenate([[gone_unseen], made])
     existence = float(shares.sum())
     weights = found.weights if joint is None else joint[0]
-    if existence > 0 and joint is None:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            factors = np.where(shares > 0, shares / (existence * found.total), 0.0)
+    # missed wherever it is: it stays as it was
+    alike = len(shares) == 1 and weights is one.weights and found.likely.min() == found.likely.max()
+    if existence > 0 and joint is None and not alike:
+        factors = np.zeros(len(shares))
+        np.divide(shares, existence * found.total, out=factors, where=shares > 0)
         weights = weights * (factors @ found.likely)
         weights /= weights.sum()
     existence = min(existence, CERTAIN)
     best = int(shares.argmax())
     before = one.existence
     log_odds = log_odds_of(existence) - log_odds_of(before) if 0 < before < 1 else 0.0
+    moments = (one.mean, one.covariance) if alike else _kernels.moments(one.particles, weights)
     return Target(
-        one.target.life, existence, one.particles, weights, *_kernels.moments(one.particles, weights),
-        one.weights, -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
+        one.target.life, existence, one.particles, weights, *moments, one.weights,
+        -1 if best == 0 else int(found.which[best - 1]), log_odds, found.allowed, found.forbidden,
         one.target.least_odds, echo, None if joint is None else joint[1],
     )  # fmt: skip
 

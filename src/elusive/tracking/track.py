@@ -31,3 +31,4 @@ class Step(NamedTuple):
     measurement: Any
     state: Any
     tracks: tuple[Track, ...]
+    beside: Any = None  # what else the system knows of them by now

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,14 +23,11 @@ from elusive.sensors.range_bands import BANDS, edges
 from elusive.systems.radar.bunches import Bunches, explained
 from elusive.systems.radar.checks import in_view
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.lives import SHIPS_MPS, Ages, Lives, aged
-from elusive.systems.radar.moving import Ways, ways_after
+from elusive.systems.radar.lives import Lives
 from elusive.systems.radar.patches import BEARINGS, RANGES, Cells, Laid, Lasting, cell_of, in_bands, laid
 from elusive.systems.radar.recorded import RecordedRadar
-from elusive.systems.radar.ships import ships_of
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.systems.radar.wakes import Trailing
-from elusive.tracking.detections import DetectionState
 from elusive.tracking.track import Step
 
 OPEN_SEA = 0.99  # P(water), where no plot is of the coast
@@ -65,9 +62,6 @@ class Counts:
 
     def __init__(self, sea: float = OPEN_SEA, memory_scans: float = math.inf) -> None:
         self._sea, self._fade = sea, 1 - 1 / memory_scans
-        self._ages: Ages = {}
-        self._ways: Mapping[int, Ways] = {}
-        self._before = DetectionState(math.nan, (), 0, 0.0, 0.0, ())
         self._lives = Lives(self._fade)
         self._false = Lasting(self._fade)  # plots of nothing
         self._begun = dict[int, list[tuple[int, int, int]]]()  # scans and cells of a candidate's plots
@@ -80,7 +74,9 @@ class Counts:
     def add(
         self, step: Step, sensor: RadarSensor, water: Water | None, radar: RecordedRadar | None = None
     ) -> RadarScan:
-        """Take a step in, tracked with a sensor and what is known of water and the ``radar``.
+        """Take a step of :func:`~elusive.systems.radar.track.track_radar` in.
+
+        It was tracked with a sensor and what is known of water and the ``radar``.
 
         Returns
         -------
@@ -90,12 +86,8 @@ class Counts:
         ground, wakes = (None, None) if radar is None else (radar.ground(sensor), radar.trails(sensor))
         scan, targets = step.measurement, step.state.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
-        self._ages = aged(self._ages, targets, scan, sensor)
         there = [one for one in targets if in_view(one, scan, sensor)]
-        ships = ships_of(self._before, step.state)
-        self._ways = ways_after(self._ways, ships, scan, sensor, SHIPS_MPS)
-        self._before = step.state
-        self._lives.add(self._ages, there, self._ways)
+        self._lives.add(step.beside.ages, there, step.beside.ways)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
         theirs = np.zeros_like(left) if ground is None else ground.theirs(scan)
         left &= ~theirs

@@ -50,7 +50,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     Parameters
     ----------
     scans
-        Read up to nine times.
+        Read twice, of a long recording up to nine times.
     name
         Of the recording, for a failure.
     known

@@ -46,8 +46,7 @@ def track_radar_recording(
     Parameters
     ----------
     source
-        From :func:`elusive.io.open_radar_plots`. It is read twice, its beginning three times; once more where headings
-        are late.
+        From :func:`elusive.io.open_radar_plots`. It is read twice, a long one up to eleven times.
     parameters
         What to do.
     out

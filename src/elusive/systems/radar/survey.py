@@ -26,6 +26,7 @@ from elusive.systems.radar.turned import Turned, Turns
 
 HALF = 0.5  # P(water) below which a plot is on charted land
 PASSED = 10_000  # scans of which what stands still is looked for
+HELD = 300_000  # plots and scans of a recording that is held in memory, and not read again for each pass
 
 
 class RadarSurvey(NamedTuple):
@@ -85,9 +86,11 @@ def righted(
     Returns
     -------
     tuple
-        The look, and the scans as they are to be tracked.
+        The look, and the scans as they are to be tracked; a short recording's are held.
     """
     seen = survey(look(scans), water)
+    if seen.plots + seen.scans <= HELD:
+        scans = list(scans)
     if not seen.late.late_s:
         return seen, scans
     right = Righted(scans, seen.course, seen.late.late_s)

@@ -14,7 +14,7 @@ from elusive.filters.particle.coast_error import learn_bias
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.lives import aged, as_lived
+from elusive.systems.radar.lives import Lived, aged, as_lived
 from elusive.systems.radar.moving import ways_after
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
@@ -54,7 +54,8 @@ def track_radar(
     Yields
     ------
     Step
-        After each scan; its state is :class:`~elusive.tracking.detections.DetectionState`.
+        After each scan; its state is :class:`~elusive.tracking.detections.DetectionState`, and beside it stands
+        :class:`~elusive.systems.radar.lives.Lived`.
 
     Raises
     ------
@@ -79,7 +80,7 @@ def track_radar(
             tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or (), ways)
         if ais is not None:
             tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
-        step = Step(scan.time_s, scan, state, tracks)
+        step = Step(scan.time_s, scan, state, tracks, Lived(ages, ways))
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
         if learn is not None:
