@@ -125,6 +125,20 @@ def test_side_lobes_of_a_ship_that_passes_by_are_named_though_its_range_hardly_c
         assert "side lobes" in sentence
 
 
+def test_side_lobes_whose_bearings_err_more_are_named() -> None:
+    """An echo by a side lobe is weaker and broader than its ship's."""
+    for seed in range(10):
+        rng = np.random.default_rng([seed, 65])
+        passes = np.array([1500.0, -450.0]) + TIMES_S[:, None, None] * [[[1.0, 3.0]]]
+        places = np.concatenate([passes, apart(rng, 3)], axis=1)
+        wider = [[0.0, 2 * BEARING_SD]] * len(TIMES_S)
+        lobes = [(seen(rng, passes)[0] + np.radians([0, turn]) + rng.normal(0, wider)) for turn in (-9, 8)]
+        holds, copies, sentence = judged([*seen(rng, places), *lobes])
+        assert not holds
+        assert copies >= 2
+        assert "side lobes" in sentence
+
+
 def test_ships_twice_by_a_second_radar_or_antenna_are_named_though_no_error_is_shared() -> None:
     for seed in range(10):
         rng = np.random.default_rng([seed, 63])

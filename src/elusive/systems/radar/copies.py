@@ -32,6 +32,7 @@ SAILED, AWAY_M = 10.0, 100.0  # times the errors of plots that copies go; how fa
 TURNED_RAD = math.radians(1.0)  # of a ship whose bearing its copy does not follow
 SEVERAL, DIFFER_MPS = 2, 1.0  # that are moved in one way, and by how much the velocities of their originals differ
 CLEAR, ALIKE = 4.0, 0.3  # deviations of chance, and the correlation, from which errors are shared
+WIDER = 4.0  # times a bearing's error, that the bearing of a weak echo by a side lobe from its ship's may have
 NEAR = 4.0  # times the least interval, in which second differences are taken
 
 
@@ -172,7 +173,8 @@ def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) 
     ranges = [(far, its_far)]  # which err together where the echo is the same one, by another way
     turns = wrapped(its_angle - angle, 2 * math.pi)
     turn = float(np.angle(np.exp(1j * turns).mean()))
-    across = wrapped(turns - turn, 2 * math.pi) / (math.sqrt(2) * bearing_sd)
+    across = wrapped(turns - turn, 2 * math.pi)
+    across /= min(max(math.sqrt(2) * bearing_sd, _by_steps(across)), WIDER * bearing_sd)
     if sails and _white((its_far - far) / (math.sqrt(2) * range_sd), across):
         keep("turned", np.array([turn]), np.array([[2 * bearing_sd**2 / n]]), ranges)
     if nears and _white((its_far - 2 * far) / (math.sqrt(5) * range_sd), turns / (math.sqrt(2) * bearing_sd)):
@@ -226,6 +228,11 @@ def _white(*left: Array) -> bool:
         if (np.diff(one, append=one[0]) ** 2).sum() < 2 * (1 - ERRORS / math.sqrt(n)) * (centred @ centred):
             return False
     return True
+
+
+def _by_steps(values: Array) -> float:
+    """Deviation of values by half of their steps, which the middle of their distribution tells."""
+    return float(np.median(np.abs(np.diff(values)))) / HALF / math.sqrt(2)
 
 
 def _shared(times_s: Array, pairs: Sequence[tuple[Array, Array]]) -> bool:

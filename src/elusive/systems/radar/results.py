@@ -37,6 +37,7 @@ from elusive.systems.radar.report import (
     chart_map,
     radar_report,
 )
+from elusive.systems.radar.second_time import second_time_finding
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
 from elusive.systems.radar.survey import RadarSurvey
@@ -168,6 +169,7 @@ class RadarRun:
         if len(seen.way) == 1:
             sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)
             found += copies_finding(sightings, *errors), bent_finding(sightings, errors[0])
+            found += (second_time_finding(sightings, seen.max_range_m, *errors),)
         found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)

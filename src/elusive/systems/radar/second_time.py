@@ -1,0 +1,102 @@
+"""Whether tracks are echoes of the pulse before, of ships beyond the unambiguous range: second-time-around echoes.
+
+Skolnik (2001), Introduction to radar systems, section 1.2: they are shown nearer, by the range that a pulse goes and
+comes before the next one. Bearings stay true, so that a ship that sails straight seems to bend away from the radar.
+Each track is followed as it is and so much farther away, by Kalman filters with several powers of white acceleration,
+for ships turn; what either says of its plots is evidence (Kass and Raftery, 1995, Bayes factors), and how much farther
+is one range for all.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from elusive.checks import Finding
+from elusive.contracts import Array
+from elusive.motion import ConstantVelocity
+
+SCANS, LONGEST, MOST = 15, 40, 200  # sightings of a track at least, tracks that are looked at, and sightings of each
+FARTHER = np.geomspace(1.0, 4.0, 12)  # in greatest ranges of a plot: a radar shows no more than the unambiguous range
+POWERS = (1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of acceleration, as likely each [m^2 / s^3]
+SPEED_MPS = 8.0  # deviation of a ship's velocity, on each axis
+ODD = 25.0  # squared deviations beyond which a plot is another's
+CLEAR, NAMED = 5.0, 3.0  # logarithms of Bayes factors, of all tracks and of one
+
+
+def second_time_finding(
+    sightings: Mapping[int, Array], max_range_m: float, range_sd_m: float, bearing_sd_rad: float
+) -> Finding:
+    """Look for tracks that go straight only if they are farther away than the radar shows.
+
+    Parameters
+    ----------
+    sightings
+        By track, ``(k, 3)`` times and places from a radar at rest [s, m].
+    max_range_m
+        Greatest range of a plot.
+    range_sd_m, bearing_sd_rad
+        How far plots err.
+    """
+    longest = sorted((track for track in sightings if len(sightings[track]) >= SCANS), key=lambda k: -len(sightings[k]))
+    farther = max_range_m * FARTHER
+    evidence = [
+        _evidence(_some(sightings[track]), farther, (range_sd_m, bearing_sd_rad)) for track in longest[:LONGEST]
+    ]
+    gains = np.array([each[1:] - each[0] for each in evidence]).reshape(-1, len(farther))
+    together = (np.logaddexp(0.0, gains) - math.log(2)).sum(axis=0)  # each track may be either
+    best = int(together.argmax())
+    tracks = sorted(np.array(longest[:LONGEST])[gains[:, best] > NAMED].tolist())
+    names = ", ".join(map(str, tracks))
+    return Finding(
+        "radar.second-time", not (tracks and together[best] > CLEAR), CLEAR, float(together[best]),
+        f"{f'Track {names} goes' if len(tracks) == 1 else f'Tracks {names} go'} straight only if some "
+        f"{farther[best] / 1000:.2g} km farther away: echoes of the pulse before, of ships beyond the unambiguous "
+        "range, and no ship is where they are drawn."
+        if tracks
+        else "Tracks go as straight where they are as they would farther away.",
+        "Let the radar vary the time between pulses, or leave these tracks out.",
+    )  # fmt: skip
+
+
+def _some(rows: Array) -> Array:
+    return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST)).astype(np.int64))]
+
+
+def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
+    """Log evidence of plots ``(k, 3)`` as they are and of a ship so much ``(n,)`` farther away, ``(1 + n,)``."""
+    times_s, far, angle = rows[:, 0], np.hypot(rows[:, 1], rows[:, 2]), np.arctan2(rows[:, 1], rows[:, 2])
+    away, power = (one.ravel() for one in np.meshgrid(np.insert(farther, 0, 0.0), POWERS, indexing="ij"))
+
+    def place(k: int) -> Array:
+        return (far[k] + away)[:, None] * np.array([math.sin(angle[k]), math.cos(angle[k])])
+
+    mean, found = np.zeros((len(away), 4)), np.zeros(len(away))
+    mean[:, ::2] = place(0)
+    spread = np.zeros((len(away), 4, 4))
+    spread[:, ::2, ::2] = _errors(far[0] + away, angle[0], sd)
+    spread[:, 1, 1] = spread[:, 3, 3] = SPEED_MPS**2
+    for k in range(1, len(rows)):
+        interval_s = float(times_s[k] - times_s[k - 1])
+        straight = ConstantVelocity(q=1.0)
+        F = straight.F(interval_s)
+        mean, spread = mean @ F.T, F @ spread @ F.T + power[:, None, None] * straight.Q(interval_s)
+        off, wide = place(k) - mean[:, ::2], spread[:, ::2, ::2] + _errors(far[k] + away, angle[k], sd)
+        gain = np.linalg.solve(wide, spread[:, ::2]).transpose(0, 2, 1)
+        square = (off * np.linalg.solve(wide, off[..., None])[..., 0]).sum(axis=1)
+        # a density of ranges and bearings
+        found += np.log(far[k] + away) - 0.5 * np.log(np.linalg.det(wide)) - 0.5 * square.clip(max=ODD)
+        gain[square > ODD] = 0.0
+        mean, spread = mean + (gain @ off[..., None])[..., 0], spread - gain @ spread[:, ::2]
+    each: Array = np.logaddexp.reduce(found.reshape(-1, len(POWERS)), axis=1)
+    return each
+
+
+def _errors(far: Array, angle: float, sd: tuple[float, float]) -> Array:
+    """Covariances of places of plots so far away ``(n,)``, ``(n, 2, 2)``."""
+    along = np.array([math.sin(angle), math.cos(angle)])
+    aside = np.array([along[1], -along[0]])
+    found: Array = sd[0] ** 2 * np.outer(along, along) + ((sd[1] * far) ** 2)[:, None, None] * np.outer(aside, aside)
+    return found

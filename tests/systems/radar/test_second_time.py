@@ -1,0 +1,49 @@
+"""Ships beyond the unambiguous range, whose echoes come after the next pulse: they go straight only farther away."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from elusive.contracts import Array
+from elusive.systems.radar.second_time import second_time_finding
+
+TIMES_S, ERRORS, REACH_M, UNAMBIGUOUS_M = 2.5 * np.arange(120), (10.0, 3e-3), 8000.0, 9000.0
+
+
+def recording(seed: int, beyond: int, turn_sd: float = 2e-4) -> dict[int, Array]:
+    """Sightings of four ships and some beyond, numbered from 101; each turns slowly, now here, now there."""
+    rng = np.random.default_rng([seed, 15])
+    rows = dict[int, Array]()
+    for number in [*range(4), *range(101, 101 + beyond)]:
+        near = UNAMBIGUOUS_M if number > 100 else 0.0
+        far, angle, course, speed = rng.uniform([1500, 0, 0, 4], [6000, 2 * np.pi, 2 * np.pi, 10])
+        heading = course + np.cumsum(np.cumsum(rng.normal(0, turn_sd, len(TIMES_S))))
+        way = np.cumsum(2.5 * speed * np.column_stack([np.sin(heading), np.cos(heading)]), axis=0)
+        places = (near + far) * np.array([np.sin(angle), np.cos(angle)]) + way
+        r = np.hypot(*places.T) - near + rng.normal(0, ERRORS[0], len(TIMES_S))
+        b = np.arctan2(*places.T) + rng.normal(0, ERRORS[1], len(TIMES_S))
+        seen = (r > 100) & (r < REACH_M) & (rng.random(len(TIMES_S)) < 0.85)
+        rows[number] = np.column_stack([TIMES_S, r * np.sin(b), r * np.cos(b)])[seen]
+    return rows
+
+
+@pytest.mark.parametrize("turn_sd", [0.0, 2e-4])
+def test_echoes_of_the_pulse_before_are_named_and_ships_are_not(turn_sd: float) -> None:
+    found = [second_time_finding(recording(seed, 3, turn_sd), REACH_M, *ERRORS) for seed in range(8)]
+    assert sum(not one.holds for one in found) >= 6
+    for one in found:
+        if not one.holds:
+            assert "beyond the unambiguous range" in one.sentence
+            names = one.sentence.split(" go")[0].split(" ", 1)[1].split(", ")
+            assert sum(int(name) > 100 for name in names) > len(names) / 2
+    assert all(second_time_finding(recording(seed, 0, turn_sd), REACH_M, *ERRORS).holds for seed in range(8))
+
+
+def test_what_rests_and_what_is_short_say_nothing() -> None:
+    rng = np.random.default_rng(0)
+    rows = recording(0, 3)
+    places = np.array([3000.0, 2000.0]) + rng.normal(0, 10.0, (len(TIMES_S), 2))
+    assert second_time_finding({1: np.column_stack([TIMES_S, places])}, REACH_M, *ERRORS).holds
+    assert second_time_finding({number: one[:14] for number, one in rows.items()}, REACH_M, *ERRORS).holds
+    assert second_time_finding({}, REACH_M, *ERRORS).holds
