@@ -21,6 +21,7 @@ from elusive.motion import ConstantVelocity
 SCANS, LONGEST, MOST = 15, 40, 200  # sightings of a track at least, tracks that are looked at, and sightings of each
 FARTHER = np.geomspace(1.0, 4.0, 12)  # in greatest ranges of a plot: a radar shows no more than the unambiguous range
 POWERS = (1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of acceleration, as likely each [m^2 / s^3]
+MOTION = ConstantVelocity(q=1.0)
 SPEED_MPS = 8.0  # deviation of a ship's velocity, on each axis
 ODD = 25.0  # squared deviations beyond which a plot is another's
 CLEAR, NAMED = 5.0, 3.0  # logarithms of Bayes factors, of all tracks and of one
@@ -71,7 +72,7 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     away, power = (one.ravel() for one in np.meshgrid(np.insert(farther, 0, 0.0), POWERS, indexing="ij"))
 
     def place(k: int) -> Array:
-        return (far[k] + away)[:, None] * np.array([math.sin(angle[k]), math.cos(angle[k])])
+        return np.asarray((far[k] + away)[:, None] * np.array([math.sin(angle[k]), math.cos(angle[k])]))
 
     mean, found = np.zeros((len(away), 4)), np.zeros(len(away))
     mean[:, ::2] = place(0)
@@ -80,9 +81,8 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     spread[:, 1, 1] = spread[:, 3, 3] = SPEED_MPS**2
     for k in range(1, len(rows)):
         interval_s = float(times_s[k] - times_s[k - 1])
-        straight = ConstantVelocity(q=1.0)
-        F = straight.F(interval_s)
-        mean, spread = mean @ F.T, F @ spread @ F.T + power[:, None, None] * straight.Q(interval_s)
+        F, Q = MOTION.F(interval_s), MOTION.Q(interval_s)
+        mean, spread = mean @ F.T, F @ spread @ F.T + power[:, None, None] * Q
         off, wide = place(k) - mean[:, ::2], spread[:, ::2, ::2] + _errors(far[k] + away, angle[k], sd)
         gain = np.linalg.solve(wide, spread[:, ::2]).transpose(0, 2, 1)
         square = (off * np.linalg.solve(wide, off[..., None])[..., 0]).sum(axis=1)
