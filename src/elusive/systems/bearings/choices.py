@@ -185,6 +185,12 @@ class SeveralEmitters(Model):
     norths_spread_deg2: tuple[tuple[float, ...], ...] | None = Field(
         None, description="Covariance of these [deg^2]; none: found, or 0", json_schema_extra=FROM_RECORDING
     )
+    persisting: Positive | None = Field(
+        None,
+        ge=1,
+        description="Times by which places are less sure as errors persist; none: found",
+        json_schema_extra=FROM_RECORDING,
+    )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
     speed_sd_mps: Positive = Field(15.0, description="Deviation of a new emitter's velocity, on each axis [m/s]")

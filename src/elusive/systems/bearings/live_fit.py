@@ -12,6 +12,7 @@ from elusive.systems.bearings.choices import Estimation, Powered, SeveralEmitter
 from elusive.systems.bearings.found_norths import Norths, norths_found, norths_of
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.persisting import with_persisting
 from elusive.systems.bearings.powers import LEAST_TIMES, no_calmer
 from elusive.systems.bearings.settled import MOST_DEG, settled
 
@@ -93,5 +94,8 @@ class SeveralFit(LiveFit):
             given = given.replace(sigma_deg=given.deviation_deg)
         begun, norths = given.replace(sigma_deg=self.parameters.deviation_deg), self.norths if seeks else self._told
         found = settled(begun, given, norths, self._sites, alone, straight=not seeks)
-        far = given.sigma_deg is None and found[0].deviation_deg > MOST_DEG
-        return (self._given, self._told) if far else found
+        if given.sigma_deg is None and found[0].deviation_deg > MOST_DEG:
+            return self._given, self._told
+        asked, norths = found
+        own = [[norths.righted(one) for one in part] for part in alone]
+        return with_persisting(asked, given.sigma_deg, self._sites, own), norths

@@ -34,6 +34,7 @@ from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.persisting import less_sure
 from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.results import BearingOutcome, outcome_of, write_outcome
 from elusive.systems.bearings.several import crowding_of, decided
@@ -121,7 +122,7 @@ def track_bearings_recording(
                 pairs = pairings(steps, parameters, sites)
                 findings = (*several_findings(steps, parameters, sites), pairings_finding(pairs))
                 norths = norths_of(parameters, sites)
-                steps = [norths.wider(step, sites) for step in lowered(steps, pairs)]
+                steps = [less_sure(norths.wider(step, sites), parameters) for step in lowered(steps, pairs)]
             outcome = several_outcome(
                 source.name, steps, sites, parameters, why, remarks, truth, cutoff_m, labels, findings
             )

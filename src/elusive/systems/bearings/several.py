@@ -20,6 +20,7 @@ from elusive.systems.bearings.heard import angles_of
 from elusive.systems.bearings.live_fit import SeveralFit
 from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.persisting import less_sure
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -167,6 +168,6 @@ def track_several(
             own = own_steps([step], sites, fit.parameters.deviation_deg)
             if fit.heed({number: norths.as_heard(its[0].measurement) for number, its in own.items()}):
                 tracker = tracker_of(fit.parameters, sites)
-            step = norths.wider(step, sites)
+            step = less_sure(norths.wider(step, sites), fit.parameters)
         memory.keep(measurement.time_s, state, rng, fit)
         yield step

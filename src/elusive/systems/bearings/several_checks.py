@@ -23,6 +23,7 @@ from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.persisting import persisting_finding
 from elusive.systems.bearings.readings import CONVENTIONS, reread
 from elusive.systems.bearings.settled import LARGER
 from elusive.systems.bearings.several import track_several
@@ -97,6 +98,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
     """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
     sigma, places = math.radians(parameters.deviation_deg), sites.positions_m[:, :2]
+    most = ASTRAY * (parameters.emitters.persisting or 1.0 if isinstance(parameters.emitters, SeveralEmitters) else 1.0)
     squares = dict[int, list[tuple[float, float, float]]]()  # of each track: time, sum, and what is expected of it
     for step in steps:
         sure = [track for track in step.tracks if track.status == "confirmed"]
@@ -116,7 +118,7 @@ def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
             continue
         sums = np.lib.stride_tricks.sliding_window_view(np.stack([total, expected]), WINDOW, axis=1).sum(axis=-1)
         ratio = sums[0] / np.maximum(sums[1], 1.0)
-        worst, off = max(worst, float(ratio.max())), np.flatnonzero(ratio > ASTRAY)
+        worst, off = max(worst, float(ratio.max())), np.flatnonzero(ratio > most)
         if len(off):
             said.append(f"track {number} from {times[off[0]]:g} to {times[off[-1] + WINDOW - 1]:g} s")
     return Finding(
@@ -159,6 +161,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     sentence, remedy = _cause([norths.as_heard(one) for one in tried], parameters, sites, scale) if bad else ("", "")
     found = [
         off,
+        persisting_finding(parameters),
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
         repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),

@@ -13,6 +13,7 @@ from elusive.systems.bearings.choices import Cruise, Powered, SeveralEmitters
 from elusive.systems.bearings.found_norths import norths_of, with_norths
 from elusive.systems.bearings.own import away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.persisting import with_persisting
 from elusive.systems.bearings.powers import manoeuvres_told
 from elusive.systems.bearings.settled import MOST_DEG, settled
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
@@ -38,7 +39,7 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
     moves_told = emitters.manoeuvre_share is not None or not isinstance(motion, Cruise)
     moves_told = moves_told and not (isinstance(motion, Powered) and motion.q is None)
     hearing = (parameters.sigma_deg, emitters.detection_probability, emitters.false_bearings)
-    if moves_told and None not in (*hearing, emitters.norths_deg):
+    if moves_told and None not in (*hearing, emitters.norths_deg, emitters.persisting):
         return parameters
     parameters, steps = _moving(parameters, sites, heard[:FITTED_TIMES])
     heard_share, false = _heard(steps, sites, math.radians(parameters.deviation_deg))
@@ -77,13 +78,13 @@ def _moving(
         if _alike(before, asked, sites):
             break
         steps, alone = _pass(asked, sites, heard)
+    norths = norths_of(asked, sites)
+    own = [[norths.righted(measurement) for measurement in part] for part in alone]
     if unknown:
-        norths = norths_of(asked, sites)
-        own = [[norths.righted(measurement) for measurement in part] for part in alone]
         share = TURNING if manoeuvres_told(asked, sites, own) else 0.0
         assert isinstance(asked.emitters, SeveralEmitters)
         asked = asked.replace(emitters=asked.emitters.replace(manoeuvre_share=share))
-    return asked, steps
+    return with_persisting(asked, precise, sites, own), steps
 
 
 def _pass(
