@@ -32,8 +32,10 @@ class RayRoom(NamedTuple):
         return iter(self.frames)
 
 
-def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S, sits=(), noise_db=NOISE_DB):
-    """Draw a room whose people walk at some speeds from the thirtieth frame on, in whole dB.
+def ray_room(
+    seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTERVAL_S, sits=(), noise_db=NOISE_DB, paths=None
+):
+    """Draw a room whose people walk at some speeds, or along paths, from the thirtieth frame on, in whole dB.
 
     One more sits at some places, in as many frames from the first.
     """
@@ -54,7 +56,7 @@ def ray_room(seed, speeds_mps, nodes=12, channels=4, frames=120, interval_s=INTE
             others = others + 0.35 * np.exp(-1j * wave * (one + two)) / np.maximum(one * two, 0.3)
         return 20 * np.log10(np.abs(direct + others))[links] - 50 + gap
 
-    paths = [
+    paths = paths or [
         walked(np.random.default_rng([seed, k]), speed, interval_s, frames, half=HALF_M - 0.6)
         for k, speed in enumerate(speeds_mps)
     ]

@@ -136,7 +136,8 @@ class LinksMethod(Model):
             raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:
             sensor = effect.links(nodes, empty.mean_dbm, empty.variance_db2)
-        return LinksChain(self.tracker(sensor, area), area, self.near_m, isinstance(effect, LinkShadowing))
+        outside_m = float(area.depth_m(nodes.positions_m).min())
+        return LinksChain(self.tracker(sensor, area), area, self.near_m, isinstance(effect, LinkShadowing), outside_m)
 
     def tracker(self, sensor: AdditiveSensor, area: Area) -> SuperposedTracker:
         """Return the tracker of people in an area through a sensor."""
@@ -149,11 +150,13 @@ class LinksMethod(Model):
 
 
 class LinksChain:
-    """The filter on a network."""
+    """The filter on a network, whose outermost node is so deep in the area; people come in where they pass it."""
 
-    def __init__(self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool) -> None:
+    def __init__(
+        self, people: SuperposedTracker, area: Area, near_m: float, by_reading: bool, outside_m: float = 0.0
+    ) -> None:
         self._filter, self._near_m, self._by_reading = people, near_m, by_reading
-        self._entrance = Entrance(area=area, width_m=near_m)
+        self._entrance = Entrance(area=area, width_m=max(near_m, outside_m + near_m / 2))
         self._first = people  # while nobody is tracked
         self._one_more: OneMore | None = None
         if isinstance(people.sensor, ShadowedLinks) and isinstance(people.birth, AreaBirths):

@@ -81,7 +81,7 @@ class LinkTracking(Model):
         "0: none",
     )
     margin_m: NonNegative = Field(
-        0.5, description="How far people can be outside of the nodes, where no area is given [m]"
+        1.5, description="How far people can be outside of the nodes, where no area is given [m]"
     )
     area: Area | None = Field(
         None, description="Where people can be; none: between the nodes", json_schema_extra=FROM_RECORDING

@@ -94,11 +94,13 @@ class OneMore:
     def second(self) -> float:
         """Return the log likelihood ratio, not tempered, that a second person brings a frame on average.
 
-        Of pairs of people of the model itself, at places drawn anywhere, the first of which is tracked. NaN of an area
-        too small for two.
+        Of pairs of people of the model itself, at places drawn between the nodes, the first of which is tracked. NaN of
+        an area too small for two.
         """
         rng, gained = np.random.default_rng(0), list[float]()
-        for first, other in rng.choice(self._centres, (PAIRS, 2)):
+        nodes = self._sensor.nodes.positions_m
+        between = ((self._centres >= nodes.min(axis=0)) & (self._centres <= nodes.max(axis=0))).all(axis=1)
+        for first, other in rng.choice(self._centres[between] if between.any() else self._centres, (PAIRS, 2)):
             if ((first - other) ** 2).sum() < APART_M**2:
                 continue
             places = np.stack([first, other])
