@@ -206,16 +206,26 @@ def in_parts(lines: list[str]) -> list[str]:
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize(("change", "name"), [(told_again, "radar.repeated"), (coarse, "radar.rounding")])
+@pytest.mark.parametrize(
+    ("change", "name", "told"),
+    [
+        (told_again, "radar.repeated", [("--detection-probability", "0.9"), ()]),
+        (coarse, "radar.rounding", [("--bearing-sd-mrad", "2")]),  # untold it is that of the rounding
+    ],
+)
 def test_what_is_not_measured_anew_is_named(
-    elusive_in: Run, tmp_path: Path, change: Callable[[list[str]], list[str]], name: str
+    elusive_in: Run,
+    tmp_path: Path,
+    change: Callable[[list[str]], list[str]],
+    name: str,
+    told: list[tuple[str, ...]],
 ) -> None:
     plots(tmp_path)
     head, *lines = (tmp_path / "plots.csv").read_text().splitlines()
     changed = sorted(change(lines), key=lambda line: float(line.split(",")[0]))
     (tmp_path / "plots.csv").write_text("\n".join([head, *changed]))
-    for told in ("--detection-probability", "0.9"), ():
-        left, said = elusive_in(*TRACK, *RADAR, "--particles", "300", *told)
+    for options in told:
+        left, said = elusive_in(*TRACK, *RADAR, "--particles", "300", *options)
         assert left == 3, said
         assert name in failing(tmp_path)
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from elusive.errors import DataError, ParameterError
 from elusive.io import RadarPlot, RadarScan, open_radar_plots, scans_by_rotation, write_radar_plots_csv
-from elusive.sensors.radar_rotation import period_of
+from elusive.sensors.radar_rotation import period_of, rotation_of
 from tests import recordings
 
 HEADER = "time_s,range_m,bearing_deg,doppler_mps\n"
@@ -345,6 +345,19 @@ def test_a_jammer_that_fills_one_bearing_is_no_antenna(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not ASTERIX.exists(), reason="the recordings are not here")
+@pytest.mark.parametrize("seed", range(4))
+def test_a_spoke_that_goes_round_is_no_antenna(seed: int) -> None:
+    """Another radar's pulses, on one bearing of a scan and farther on in the next, beside plots all round."""
+    rng = np.random.default_rng(seed)
+    scans, turn = 2.5 * np.arange(40), rng.uniform(0.1, 0.3)
+    plots = [
+        RadarPlot(time_s, 3000.0, float(bearing % (2 * math.pi)), math.nan)
+        for number, time_s in enumerate(scans.tolist())
+        for bearing in [*rng.normal(turn * number, 0.01, 20), *rng.uniform(0, 2 * math.pi, 6)]
+    ]
+    assert not rotation_of(plots).needed
+
+
 def test_part_of_a_turn_says_how_fast_the_antenna_turns() -> None:
     """Half a second of two radars: bearings rise by 36 degrees a second."""
     source = open_radar_plots(ASTERIX, radar=(25, 201))

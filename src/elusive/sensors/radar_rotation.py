@@ -25,6 +25,7 @@ ALIKE, LEAST_VARIANCE = 0.7, 1e-6  # resultant length of a fit at least; circula
 EVIDENCE = 20.0  # by which a period must be likelier than any other
 REGULAR, REGULAR_SHARE = 0.05, 0.9  # scans of one plot each come at times as regular as that
 OWN_TIME = 0.5  # share of plots that stand alone at their time, from which a scan's are not of one time
+BESIDE_RAD, INSIDE = 0.2, 0.9  # beside a sector, and the share of its plots that lie there
 BLOCK = 2000  # products at a time: a table that is never held whole is looked at in little memory too
 
 
@@ -46,8 +47,10 @@ def rotation_of(plots: Sequence[RadarPlot]) -> Rotation:
     alone = ~(with_next | np.concatenate([[False], gaps == 0]))
     if alone.mean() < OWN_TIME:
         # equal times that are rounded ones are sectors: the antenna turns in more than goes by from one to the next
-        period_s = period_of(times, bearings, (1 + REGULAR) * float(np.median(gaps[gaps > 0]))) if gaps.any() else None
-        return Rotation(period_s is not None, period_s)
+        gap_s = float(np.median(gaps[gaps > 0])) if gaps.any() else math.inf
+        period_s = period_of(times, bearings, (1 + REGULAR) * gap_s)
+        sectors = period_s is not None and _in_sectors(times, bearings, period_s, gap_s)
+        return Rotation(sectors, period_s if sectors else None)
     if _regular(gaps[gaps > 0]):
         return Rotation(False, None)
     return Rotation(True, period_of(times, bearings))
@@ -81,6 +84,14 @@ def _resultant(frequency: Array, times: Array, bearing: Array) -> Array:
     seen = np.exp(-1j * bearing)
     parts = np.array_split(frequency, max(1, len(frequency) * len(times) // BLOCK))
     return np.concatenate([np.abs(np.exp(1j * TURN_RAD * np.outer(part, times)) @ seen) for part in parts]) / len(times)
+
+
+def _in_sectors(times_s: Array, bearing_rad: Array, period_s: float, gap_s: float) -> bool:
+    """Tell whether plots lie where an antenna looks between two times, not only those of a spoke."""
+    off = bearing_rad - TURN_RAD * times_s / period_s
+    middle = np.angle(np.exp(1j * off).mean())
+    aside = np.abs(np.angle(np.exp(1j * (off - middle))))
+    return bool((aside < math.pi * gap_s / period_s + BESIDE_RAD).mean() > INSIDE)
 
 
 def _regular(gaps: Array) -> bool:

@@ -47,3 +47,17 @@ def test_what_rests_and_what_is_short_say_nothing() -> None:
     assert second_time_finding({1: np.column_stack([TIMES_S, places])}, REACH_M, *ERRORS).holds
     assert second_time_finding({number: one[:14] for number, one in rows.items()}, REACH_M, *ERRORS).holds
     assert second_time_finding({}, REACH_M, *ERRORS).holds
+
+
+def test_echoes_of_a_shore_that_go_here_and_there_are_no_ship() -> None:
+    """Of one place and then another, mostly in range: another power of the acceleration explains them."""
+    for seed in range(10):
+        rng = np.random.default_rng([seed, 16])
+        rows = {}
+        for number in range(3):
+            from_to = rng.normal(0, [40.0, 10.0], (4, 2))
+            at = from_to[rng.integers(0, 4, 60)]
+            places = np.array([0.0, 4000.0]) + at[:, ::-1] + rng.normal(0, [12.0, 10.0], (60, 2))
+            places[:6] += [60.0, 40.0]
+            rows[number] = np.column_stack([TIMES_S[:60], places])
+        assert second_time_finding(rows, REACH_M, *ERRORS).holds, seed

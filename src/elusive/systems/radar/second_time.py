@@ -20,10 +20,11 @@ from elusive.motion import ConstantVelocity
 
 SCANS, LONGEST, MOST = 15, 40, 200  # sightings of a track at least, tracks that are looked at, and sightings of each
 FARTHER = np.geomspace(1.0, 4.0, 12)  # in greatest ranges of a plot: a radar shows no more than the unambiguous range
-POWERS = (1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0)  # of acceleration, as likely each [m^2 / s^3]
+POWERS = np.array([1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0])  # of acceleration, as likely each [m^2 / s^3]
+STEADY, FOLLOWED = 1e-2, 0.9  # power at most, and share of the plots, with which a ship farther away is told
 MOTION = ConstantVelocity(q=1.0)
 SPEED_MPS = 8.0  # deviation of a ship's velocity, on each axis
-ODD = 25.0  # squared deviations beyond which a plot is another's
+ODD = -12.0  # logarithm of a plot's density, to that of one without error, below which it is another's
 CLEAR, NAMED = 5.0, 3.0  # logarithms of Bayes factors, of all tracks and of one
 
 
@@ -74,7 +75,7 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     def place(k: int) -> Array:
         return np.asarray((far[k] + away)[:, None] * np.array([math.sin(angle[k]), math.cos(angle[k])]))
 
-    mean, found = np.zeros((len(away), 4)), np.zeros(len(away))
+    mean, found, odd = np.zeros((len(away), 4)), np.zeros(len(away)), np.zeros(len(away))
     mean[:, ::2] = place(0)
     spread = np.zeros((len(away), 4, 4))
     spread[:, ::2, ::2] = _errors(far[0] + away, angle[0], sd)
@@ -86,10 +87,16 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
         off, wide = place(k) - mean[:, ::2], spread[:, ::2, ::2] + _errors(far[k] + away, angle[k], sd)
         gain = np.linalg.solve(wide, spread[:, ::2]).transpose(0, 2, 1)
         square = (off * np.linalg.solve(wide, off[..., None])[..., 0]).sum(axis=1)
-        # a density of ranges and bearings
-        found += np.log(far[k] + away) - 0.5 * np.log(np.linalg.det(wide)) - 0.5 * square.clip(max=ODD)
-        gain[square > ODD] = 0.0
+        # densities of ranges and bearings, to that of a plot without error; what is less likely yet is another's
+        density = np.log(sd[0] * sd[1] * (far[k] + away)) - 0.5 * (np.log(np.linalg.det(wide)) + square)
+        others = density < ODD
+        found += np.where(others, ODD, density)
+        odd += others
+        gain[others] = 0.0
         mean, spread = mean + (gain @ off[..., None])[..., 0], spread - gain @ spread[:, ::2]
+    # a shore's echoes go here and there, mostly in range, as if farther away, where bearings err by more metres
+    lost = odd > (1 - FOLLOWED) * len(rows)
+    found[(away > 0) & ((power > STEADY) | lost | lost[len(POWERS) - 1])] = -np.inf
     each: Array = np.logaddexp.reduce(found.reshape(-1, len(POWERS)), axis=1)
     return each
 
