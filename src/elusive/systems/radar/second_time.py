@@ -23,9 +23,9 @@ FARTHER = np.geomspace(1.0, 4.0, 12)  # in greatest ranges of a plot: a radar sh
 POWERS = np.array([1e-6, 1e-4, 1e-3, 1e-2, 1e-1, 1.0])  # of acceleration, as likely each [m^2 / s^3]
 STEADY, FOLLOWED = 1e-2, 0.9  # power at most, and share of the plots, with which a ship farther away is told
 MOTION = ConstantVelocity(q=1.0)
-SPEED_MPS = 8.0  # deviation of a ship's velocity, on each axis
+SPEED_MPS, SLOWER_MPS = 8.0, (2.0, 0.5, 0.1)  # deviation of a ship's velocity, on each axis, and of what hardly moves
 ODD = -12.0  # logarithm of a plot's density, to that of one without error, below which it is another's
-CLEAR, NAMED = 5.0, 3.0  # logarithms of Bayes factors, of all tracks and of one
+CLEAR, NAMED = 6.0, 3.0  # logarithms of Bayes factors, of all tracks and of one
 
 
 def second_time_finding(
@@ -70,7 +70,11 @@ def _some(rows: Array) -> Array:
 def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     """Log evidence of plots ``(k, 3)`` as they are and of a ship so much ``(n,)`` farther away, ``(1 + n,)``."""
     times_s, far, angle = rows[:, 0], np.hypot(rows[:, 1], rows[:, 2]), np.arctan2(rows[:, 1], rows[:, 2])
-    away, power = (one.ravel() for one in np.meshgrid(np.insert(farther, 0, 0.0), POWERS, indexing="ij"))
+    ships = np.meshgrid(np.insert(farther, 0, 0.0), POWERS, [SPEED_MPS], indexing="ij")
+    slower = np.meshgrid(
+        [0.0], POWERS, SLOWER_MPS, indexing="ij"
+    )  # seem farther away: they hardly change their bearing
+    away, power, speed = (np.append(its, others) for its, others in zip(ships, slower, strict=True))
 
     def place(k: int) -> Array:
         return np.asarray((far[k] + away)[:, None] * np.array([math.sin(angle[k]), math.cos(angle[k])]))
@@ -79,7 +83,7 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     mean[:, ::2] = place(0)
     spread = np.zeros((len(away), 4, 4))
     spread[:, ::2, ::2] = _errors(far[0] + away, angle[0], sd)
-    spread[:, 1, 1] = spread[:, 3, 3] = SPEED_MPS**2
+    spread[:, 1, 1] = spread[:, 3, 3] = speed**2
     for k in range(1, len(rows)):
         interval_s = float(times_s[k] - times_s[k - 1])
         F, Q = MOTION.F(interval_s), MOTION.Q(interval_s)
@@ -97,8 +101,7 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     # a shore's echoes go here and there, mostly in range, as if farther away, where bearings err by more metres
     lost = odd > (1 - FOLLOWED) * len(rows)
     found[(away > 0) & ((power > STEADY) | lost | lost[len(POWERS) - 1])] = -np.inf
-    each: Array = np.logaddexp.reduce(found.reshape(-1, len(POWERS)), axis=1)
-    return each
+    return np.array([np.logaddexp.reduce(found[away == one]) for one in np.insert(farther, 0, 0.0)])
 
 
 def _errors(far: Array, angle: float, sd: tuple[float, float]) -> Array:
