@@ -537,6 +537,39 @@ def test_a_layer_of_clouds_is_not_shown_and_a_target_before_it_is() -> None:
     assert track.mean[1] == pytest.approx(-1.0, abs=0.3)
 
 
+def puffs(k: int, sources: np.ndarray, velocity: np.ndarray, every: int, life: int) -> np.ndarray:
+    """Places of what comes out of each source now and then, goes along and is gone after a while."""
+    ages = np.arange(k % every, life, every)
+    # another source each time
+    return np.array([sources[(k - age) // every % len(sources)] + age * velocity for age in ages]).reshape(-1, 2)
+
+
+@pytest.mark.parametrize("life", [36, 80])
+def test_what_streams_out_of_one_place_is_not_shown_and_a_target_across_it_is(life: int) -> None:
+    """Puffs of smoke, two to four at a time, are too few for a layer."""
+    rng = np.random.default_rng(20)
+    sources = np.array([60.0, 100.0]) + rng.uniform(-6, 6, (7, 2))
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        smoke = puffs(k, sources, np.array([0.3, -1.1]), 24, life)
+        return np.concatenate([smoke, [[20.0 + 0.8 * k, 50.0]]]), np.append(rng.normal(6, 0.4, len(smoke)), 8.0)
+
+    late = followed(rng, scene, resting(rng), frames=130)[100:]
+    ways = [[track.mean[[1, 3]] for track in belief.tracks if track.extra["shown"]] for belief in late]
+    across = [[bool(np.abs(way - (0.8, 0.0)).max() < 0.3) for way in seen] for seen in ways]
+    assert all(sum(seen) == 1 for seen in across)
+    assert sum(len(seen) - 1 for seen in across) <= 2
+
+
+def test_three_that_follow_each_other_are_shown() -> None:
+    rng = np.random.default_rng(21)
+
+    def scene(k: int) -> tuple[np.ndarray, np.ndarray]:
+        return np.array([[60.0 - 40 * i + k, 50.0] for i in range(3)]), np.full(3, 7.0)
+
+    assert len(shown_of(followed(rng, scene, resting(rng), frames=90))[-1]) == 3
+
+
 def test_one_target_alone_is_shown_and_its_existence_told() -> None:
     path = np.stack([np.linspace(40, 60, 40), np.full(40, 50.0)], axis=1)
     last = recorded(np.random.default_rng(4), path, np.zeros((0, 2)))[-1]

@@ -18,7 +18,7 @@ from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_alone import chance_of, strongest
 from elusive.tracking.peak_bodies import bodied, leave_parts, to_middle
 from elusive.tracking.peak_boxes import leave_boxes
-from elusive.tracking.peak_companions import LAYER_PX, leave_companions, leave_layers
+from elusive.tracking.peak_companions import LAYER_PX, Passed, leave_companions, leave_layers, leave_streams
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_null import EmpiricalNull
@@ -51,6 +51,7 @@ class PeakBelief(NamedTuple):
     warp: Warp  # how the scene was deformed since the frame before
     seen: Warp  # how it was by grey levels alone
     old_share: float  # of the frames, lately, that shows the scene as it was
+    passed: Passed  # where what moves has been
     boxed: Array  # (b, 2) x, y in the frame of what is shown in the middle of four corners that move
     tracks: tuple[Track, ...]
 
@@ -82,7 +83,10 @@ class SceneTracker(PeakRecursion):
         motions = self.motions
         none = PeakTargets.none(len(motions.table), int(motions.rests.sum()))
         known, still = self.persistence.begin(), Warp.none()
-        return PeakBelief(time_s, none, (), {}, 0, 0, np.zeros((0, 2)), known, still, still, 0.0, np.zeros((0, 2)), ())
+        nothing = np.zeros((0, 2))
+        return PeakBelief(
+            time_s, none, (), {}, 0, 0, nothing, known, still, still, 0.0, Passed.none(), nothing, ()
+        )  # fmt: skip
 
     def follow(
         self,
@@ -111,11 +115,13 @@ class SceneTracker(PeakRecursion):
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
-            belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
+            belief = belief._replace(
+                targets=self.begin().targets, unclaimed=(), lives={}, passed=Passed.none(), tracks=()
+            )
         if peaks is not None and peaks.anew:
             every = np.ones(len(belief.targets.number), np.bool_)
             known = belief.targets.anew(every, peaks.offset_px - peaks.step_px)
-            belief = belief._replace(targets=known, unclaimed=(), ended=self.begin().ended)
+            belief = belief._replace(targets=known, unclaimed=(), ended=self.begin().ended, passed=Passed.none())
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets, unclaimed=())
@@ -142,6 +148,7 @@ class SceneTracker(PeakRecursion):
             time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
             warp=warp, seen=seen, old_share=belief.old_share + NEWS * (peaks.old_share - belief.old_share),
+            passed=belief.passed.carried(warp),
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 
@@ -190,7 +197,9 @@ class SceneTracker(PeakRecursion):
         shown &= seen & (enough | self._alone(targets, shown))
         held = targets.shown & confirmed & ~seen
         gone = confirmed & (targets.farthest > LAYER_PX)
-        leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
+        apart_px, now = self.nearby * math.sqrt(math.prod(shape)), belief.time_s / interval_s
+        leave_layers(targets, shown, gone, apart_px)
+        leave_streams(targets, shown, belief.passed, now, apart_px)
         if image is not None:
             looked_at = shown | (confirmed & (moves > self.show_until))
             targets = bodied(targets, looked_at, image, peaks.offset_px)
@@ -218,7 +227,7 @@ class SceneTracker(PeakRecursion):
             found.append(Track(track, status, exists, centre, spread, math.nan, named))
         return belief._replace(
             targets=targets._replace(shown=shown | held), lives=lives, numbered=numbered, reliability=reliability,
-            boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
+            passed=belief.passed.after(now, targets, gone), boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
         )  # fmt: skip
 
     def _reached(self, targets: PeakTargets) -> Array:

@@ -342,6 +342,23 @@ def test_the_brightest_of_many_lamps_does_not_stand_alone(heights, alone):
     assert found.holds != alone
 
 
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_what_is_shown_and_never_moved_is_named(speed):
+    """A roof, eight pixels wide, is no point; what goes has been shown for standing out alone, too, at first."""
+    rng, (y, x) = np.random.default_rng(3), np.mgrid[:96, :96]
+    parameters = ImageTracking().bind((96, 96))
+    checks, shown = FrameChecks(parameters), 0
+    roofs = ((abs(y - 24) <= 4) & (abs(x - 33 - speed * k) <= 4) for k in range(40))
+    frames = (100 + 3 * np.sin(x / 9) + rng.normal(size=roof.shape) - 60 * roof for roof in roofs)
+    for step in track_images(frames, parameters):
+        checks.take(step)
+        shown += any(track.extra["shown"] and track.extra["moves"] < 0.5 for track in step.tracks)
+    assert shown > 2
+    (found,) = (one for one in checks.findings() if one.name == "scene.rests")
+    assert found.holds == (speed > 0)
+    assert found.holds or found.seen == shown
+
+
 def test_what_is_kept_does_not_grow():
     facts = FrameFacts()
     rng = np.random.default_rng(0)

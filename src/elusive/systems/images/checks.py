@@ -106,6 +106,7 @@ class FrameChecks:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
             found += recorded_findings(self.scene, whitened, by_peaks=self._peaks)
             if self._peaks:
+                found = [self._movers.standing() if one.name == "scene.rests" and one.holds else one for one in found]
                 found += [again_finding(*self._again), *self._movers.findings(), self._writing.finding()]
                 found.append(self._swift.finding())
         return tuple(found)

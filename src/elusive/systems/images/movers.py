@@ -1,4 +1,7 @@
-"""What moves in a recorded scene and may be none of it: snow, layers of clouds, dust, drawn boxes, a coder's copies."""
+"""What moves in a recorded scene and may be none of it: snow, layers of clouds, dust, drawn boxes, a coder's copies.
+
+And what is shown though it has never moved.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,7 @@ import numpy as np
 
 from elusive.checks import Fact, Finding
 from elusive.tracking.peak_persistence import SURE
-from elusive.tracking.peaks import OLD_BLOCKS, PeakBelief
+from elusive.tracking.peaks import OLD_BLOCKS, PeakBelief, SceneTracker
 
 OLD = 10  # frames from which a track's way counts
 GONE_PX = 5.0  # farther than this it has gone in the scene
@@ -16,6 +19,7 @@ MARKED = 0.5  # share of the frames with marks on the sensor
 CODED = 0.1  # share of the frames about which a coder repeats blocks
 FEW = 2  # frames, in which four things may have gone so by chance
 SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
+MOVES = SceneTracker().show_from  # probability from which it is shown for that
 
 
 class Movers:
@@ -26,11 +30,20 @@ class Movers:
         self._marked, self._marks = 0, 0  # frames with marks, and those summed
         self._coded, self._old = 0, 0.0  # frames about which blocks are repeated, and the old share of these, summed
         self._taken, self._boxed, self._middle = 0, 0, (math.nan, math.nan)  # all frames, those with a box, the last
+        self._stood: dict[int, tuple[int, float, float]] = {}  # of what is shown at rest: frames, and its latest place
 
     def take(self, belief: PeakBelief) -> None:
         """Take what is believed after a frame."""
         targets = belief.targets
         self._taken += 1
+        far = targets.number[targets.farthest > GONE_PX].tolist()
+        gone_far = {belief.lives[number].track for number in far if number in belief.lives}
+        for track in belief.tracks:
+            if track.extra["moves"] > MOVES or track.track in gone_far:
+                self._stood.pop(track.track, None)
+            elif track.extra["shown"]:
+                frames, *_ = self._stood.get(track.track, (0,))
+                self._stood[track.track] = frames + 1, float(track.mean[0]), float(track.mean[2])
         if belief.old_share > OLD_BLOCKS:
             self._coded += 1
             self._old += belief.old_share
@@ -49,6 +62,17 @@ class Movers:
     def findings(self) -> list[Finding]:
         """Say where any are many."""
         return [self._moving(), self._marking(), self._boxing(), self._coding()]
+
+    def standing(self) -> Finding:
+        """Find what is shown for its strength alone, and did not move as long as it was followed."""
+        frames, x, y = max(self._stood.values(), default=(0, math.nan, math.nan))
+        return Fact(0.0, frames, not frames > FEW, self._taken).finding(
+            "scene.rests",
+            f"What is shown at x {x:.0f}, y {y:.0f} in {frames} of {self._taken} frames rests there: it stands out "
+            "alone. A target at rest looks like this, and so do a lamp, a chimney and the corner of a roof.",
+            "Look at it in report.html with --show all, which shows what rests too.",
+            grave=False,
+        )
 
     def _boxing(self) -> Finding:
         """Find boxes, as a camera's tracker draws them about what it follows."""
