@@ -135,6 +135,22 @@ def test_norths_are_found_from_several_paths_together():
     assert np.mean(squares) < 4 + 4 * math.sqrt(8 / len(squares))
 
 
+def test_norths_that_differ_from_emitter_to_emitter_are_known_no_better():
+    """What errs by the direction, as beside a mast, is no common north: one emitter's lie about the mean as told."""
+    asked, times = BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.5}, sigma_deg=1.0), np.arange(30.0)
+    truth, rng, own = crowd(41, 2, times=30)[0], np.random.default_rng(41), []
+    alone = []
+    for path in truth.swapaxes(0, 1):
+        own.append(4.0 * rng.standard_normal(4))
+        off = exact(SITES)._replace(off_deg=tuple(own[-1]))
+        alone.append([off.as_heard(one) for one in BearingSensors(positions_m=PLACES).simulate(path, times, rng)])
+    told = norths_found(asked, SITES, alone)
+    squares = [(true - told.off_deg) @ np.linalg.solve(told.spread_deg2, true - told.off_deg) for true in own]
+    assert np.mean(squares) < 4 + 4 * math.sqrt(8 / 2)
+    together = norths_found(asked, SITES, [alone[0]])
+    assert np.trace(told.spread_deg2) > 4 * np.trace(together.spread_deg2)
+
+
 def test_norths_that_were_found_repeat_a_run():
     told = BearingTracking(emitters={**HEARD, "norths_deg": (2.5, 0.0, -1.0, 0.0)}, motion={"kind": "cv", "q": 0.5})
     assert BearingTracking(**yaml.safe_load(told.to_yaml())) == told

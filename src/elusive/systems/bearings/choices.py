@@ -193,7 +193,10 @@ class SeveralEmitters(Model):
     )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
-    speed_sd_mps: Positive = Field(15.0, description="Deviation of a new emitter's velocity, on each axis [m/s]")
+    usual_speed: ClassVar[float] = 15.0
+    speed_sd_mps: Positive | None = Field(
+        None, description="Deviation of a new emitter's velocity, on each axis [m/s]; none: found, at least 15"
+    )
     mean_life_s: Positive = Field(600.0, description="Mean time that an emitter stays [s]")
     merge_within: NonNegative = _as_in(DetectionRules, "merge_within")
     forget_below: float = Field(

@@ -29,6 +29,7 @@ from elusive.tracking.track import Step, Track
 
 AnySet = TypeVar("AnySet", bound=PlaceSet)
 LEAST_SENSORS = 3
+TWENTY_TO_ONE = 3.0  # of log odds, against norths of each emitter's own
 SIZES = (0.1, 0.3, 1.0, 3.0)  # deviations of norths that are tried, in that of a bearing
 
 
@@ -126,15 +127,26 @@ def norths_found(parameters: BearingTracking, sites: SensorSites, alone: Sequenc
     tell = [part for part in alone if len(part) >= LEAST_TIMES and len(used) >= LEAST_SENSORS]
     parts = [[whole_path(way, part, sites) for way in ways] for part in tell]
     known = [[path for path in row if path is not None and math.isfinite(path.log_evidence)] for row in parts]
-    found = [_together(paths, n) for paths in zip(*(row for row in known if len(row) == len(sizes)), strict=True)]
-    found = found or [_together((), n) for _ in sizes]
+    by_size = list(zip(*(row for row in known if len(row) == len(sizes)), strict=True)) or [()] * len(sizes)
+    # what errs by the direction, as beside a mast, is another north to each emitter
+    found = [_together(paths, n) for paths in by_size]
+    found += [_apart(paths, n) for paths in by_size if len(paths) > 1]
+    sizes = (2 * sizes)[: len(found)]
     beforehand = [-0.5 * (math.log(sd_deg / sigma_deg) / NORTHS) ** 2 for sd_deg in sizes]
+    beforehand[len(by_size) :] = [level - TWENTY_TO_ONE for level in beforehand[len(by_size) :]]
     weight = softmax([level + more for (level, _, _), more in zip(found, beforehand, strict=True)])
     each = np.array([sd_deg * off for sd_deg, (_, off, _) in zip(sizes, found, strict=True)])
     off_deg = weight @ each
     spread_deg2 = np.einsum("s,si,sj->ij", weight, each - off_deg, each - off_deg)
     spread_deg2 += np.einsum("s,sij->ij", weight * np.array(sizes) ** 2, [spread for _, _, spread in found])
     return Norths(tuple(off_deg.round(4).tolist()), tuple(map(tuple, spread_deg2.round(6).tolist())))
+
+
+def _apart(paths: Sequence[SmoothedPath], n: int) -> tuple[float, Array, Array]:
+    """Return the same where each emitter has norths of its own: their mean, and how far one emitter's are from it."""
+    means = np.array([path.states[-1, -n:] for path in paths])
+    spread = np.mean([path.covariances[-1, -n:, -n:] for path in paths], axis=0) + np.cov(means.T)
+    return sum(path.log_evidence for path in paths), means.mean(axis=0), np.asarray(spread)
 
 
 def _together(paths: Sequence[SmoothedPath], n: int) -> tuple[float, Array, Array]:

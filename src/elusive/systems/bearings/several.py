@@ -28,7 +28,7 @@ from elusive.tracking.track import Step
 NEAR = 4.0  # deviations by which bearings of one emitter hardly differ
 FEW = 0.1  # share of bearings that may be strays
 USUALLY_HEARD, USUALLY_FALSE = 0.9, 1.0
-RULES = ("births_per_s", "speed_sd_mps", "mean_life_s", "merge_within", "forget_below", "particles", "lifecycle")
+RULES = ("births_per_s", "mean_life_s", "merge_within", "forget_below", "particles", "lifecycle")
 
 
 class Crowding(NamedTuple):
@@ -116,6 +116,7 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
         sensor=sensor,
         kernel_width=1.0,
         redraw_below=0.0,
+        speed_sd_mps=emitters.speed_sd_mps or emitters.usual_speed,
         **rules,
     )
 

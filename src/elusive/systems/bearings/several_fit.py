@@ -16,14 +16,15 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import with_persisting
 from elusive.systems.bearings.powers import manoeuvres_told
 from elusive.systems.bearings.settled import MOST_DEG, settled
-from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
+from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several, tracker_of
+from elusive.systems.bearings.speeds import with_speeds
 from elusive.tracking.track import Step
 
 LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
 CAUTION = 0.95  # of what is found: taken for too great, it makes a track that is missed follow false bearings
 FITTED_TIMES = 200  # from which is found how well emitters are heard
 TURNING = 0.1  # how often an emitter manoeuvres that does
-PASSES, LIKE, AS_PRECISE = 2, 4.0, 1.3  # for how emitters move; times a power, a deviation, that are followed alike
+PASSES, LIKE, AS_PRECISE, AS_FAST = 2, 4.0, 1.3, 1.5  # times a power, a deviation, a speed, that are followed alike
 AS_STRAIGHT = 0.5  # deviations of a bearing, by which other norths are followed alike
 BEGUN_DEG = 2.5  # of a bearing where nobody tells: bearings far from a track are its
 
@@ -39,7 +40,7 @@ def fitted(parameters: BearingTracking, sites: SensorSites, heard: Sequence[Plac
     moves_told = emitters.manoeuvre_share is not None or not isinstance(motion, Cruise)
     moves_told = moves_told and not (isinstance(motion, Powered) and motion.q is None)
     hearing = (parameters.sigma_deg, emitters.detection_probability, emitters.false_bearings)
-    if moves_told and None not in (*hearing, emitters.norths_deg, emitters.persisting):
+    if moves_told and None not in (*hearing, emitters.norths_deg, emitters.persisting, emitters.speed_sd_mps):
         return parameters
     parameters, steps = _moving(parameters, sites, heard[:FITTED_TIMES])
     heard_share, false = _heard(steps, sites, math.radians(parameters.deviation_deg))
@@ -67,11 +68,13 @@ def _moving(
     asked = asked.replace(sigma_deg=precise or BEGUN_DEG)
     steps, alone = _pass(asked, sites, heard)
     straight = emitters.norths_deg is not None
-    free = not precise or not straight or (isinstance(motion, Powered) and motion.q is None)
+    free = not precise or not straight or emitters.speed_sd_mps is None
+    free = free or (isinstance(motion, Powered) and motion.q is None)
     for _ in range(PASSES + (not precise) if free else 0):
         before = asked
         asked, norths = settled(asked, parameters, norths_of(asked, sites), sites, alone, straight=straight)
-        asked = asked if straight else with_norths(asked, norths)
+        own = [[norths.righted(measurement) for measurement in part] for part in alone]
+        asked = with_speeds(asked if straight else with_norths(asked, norths), emitters, sites, own)
         if not precise and asked.deviation_deg > MOST_DEG:
             # bearings so far from any track rather mean something else, which is found beside the usual deviation
             return _moving(parameters.replace(sigma_deg=parameters.deviation_deg), sites, heard)
@@ -101,6 +104,8 @@ def _alike(one: BearingTracking, other: BearingTracking, sites: SensorSites) -> 
     """Say whether deviations and powers are so near that a tracker follows both alike."""
     powers = [part.plain_motion.q if isinstance(part.plain_motion, Powered) else 1.0 for part in (one, other)]
     alike = abs(math.log((powers[0] or 1.0) / (powers[1] or 1.0))) < math.log(LIKE)
+    speeds = [tracker_of(part, sites).speed_sd_mps for part in (one, other)]
+    alike = alike and abs(math.log(speeds[0] / speeds[1])) < math.log(AS_FAST)
     alike = alike and norths_of(one, sites).alike(norths_of(other, sites), AS_STRAIGHT * other.deviation_deg)
     return alike and abs(math.log(one.deviation_deg / other.deviation_deg)) < math.log(AS_PRECISE)
 
