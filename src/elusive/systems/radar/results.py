@@ -165,7 +165,7 @@ class RadarRun:
         seen, told = self._seen, self._parameters.radar
         found += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
         found += (ground_finding(told.false_alarm_ground or ()),)
-        found += company_findings(tracked.paths, times_s)
+        found += company_findings(tracked.paths, times_s, seen.way)
         if len(seen.way) == 1:
             sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)
             found += copies_finding(sightings, *errors), bent_finding(sightings, errors[0])
