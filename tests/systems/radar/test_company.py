@@ -47,7 +47,7 @@ def test_birds_that_come_and_go_near_the_radar_are_named_and_ships_are_not(seed:
     assert not brief(there)
     assert brief([*there, *birds])
     assert not brief([*there, *birds[:2]])  # boats do so, too
-    assert not brief([*there, *birds], AT_REST + [[0.0, 0.0, 9000.0]])  # as far as ships are seen
+    assert not brief([*there, *birds], np.array([[0.0, 0.0, 9000.0]]))  # as far as ships are seen
 
 
 def test_a_ship_that_is_lost_and_begun_anew_is_not_brief() -> None:

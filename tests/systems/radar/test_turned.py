@@ -38,3 +38,14 @@ def test_ships_that_turn_together_are_seen_among_alarms(count):
     (turn,) = turns.turned.turns
     assert turn.time_s == 2.5 * 12
     assert turn.turn_deg == pytest.approx(np.degrees(0.4), abs=2.0)
+
+
+def test_a_spoke_that_goes_round_turns_nothing():
+    """Another radar's pulses, on one bearing of a scan and farther on in the next."""
+    turns, rng = Turns(), np.random.default_rng(6)
+    for k in range(200):
+        more, where = alarms(rng, 12)
+        along = 400.0 * np.arange(1, 21) + rng.uniform(0, 400)
+        spoke = 0.2 * k + rng.normal(0, 0.01) + rng.normal(0, 3e-3, len(along))
+        turns.add(scan(2.5 * k, np.concatenate([along, more]), np.concatenate([spoke, where])))
+    assert not turns.turned.turns

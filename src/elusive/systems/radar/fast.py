@@ -19,6 +19,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
+from elusive.systems.radar.turned import without_spoke
 
 SLOW_MPS, SLOWEST_MPS, FASTEST_MPS = 25.0, 45.0, 400.0
 ROOM_M, ROOM_RAD = 60.0, 0.02  # beside where a plot would be straight ahead
@@ -45,7 +46,7 @@ class Fast:
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
-        places = RadarView().places(scan)[0]
+        places = RadarView().places(without_spoke(scan))[0]
         if len(self._before) == 2 and self._scans < SCANS and len(places) and len(places) <= MOST:
             self._scans += 1
             (first_s, first), (middle_s, middle) = self._before

@@ -30,6 +30,7 @@ ROOM_M = 60.0  # of a range from one scan to the next, beside what a target sail
 NEAR_DEG = 2  # turns that are one turn: targets move on, too
 FEW, SELDOM, HARDLY = 4, 1e-6, 0.3  # plots that fit if turned; how seldom so many would; share of these as it is
 MOST = 100  # plots of a scan that are looked at
+SPOKE, ACROSS = 8, 0.5  # plots of one bearing, and the share of the farthest range across which they lie
 
 
 class Together(NamedTuple):
@@ -89,6 +90,8 @@ class Turns:
         if before is None or min(before.detections, scan.detections) < FEW:
             return
         (far, angle), (far_before, angle_before) = (_some(one) for one in (scan, before))
+        if min(len(far), len(far_before)) < FEW:
+            return
         room = ROOM_M + FASTEST_MPS * (scan.time_s - before.time_s)
         now, then = np.nonzero(np.abs(far[:, None] - far_before) < room)
         degrees = np.floor(np.degrees(angle[now] - angle_before[then])).astype(np.int64) % 360
@@ -130,7 +133,19 @@ def turned_finding(together: Together, turned: Turned) -> Finding:
     )  # fmt: skip
 
 
+def without_spoke(scan: RadarScan) -> RadarScan:
+    """Return a scan without plots of one bearing and many ranges: another radar's pulses, which go round."""
+    far, degrees = scan.range_m, np.degrees(scan.bearing_rad).astype(np.int64) % 360
+    each = np.bincount(degrees, minlength=360)
+    along = np.sum([np.roll(each, k) for k in range(-NEAR_DEG, NEAR_DEG + 1)], axis=0)
+    spoke = np.abs((degrees - along.argmax() + 180) % 360 - 180) <= NEAR_DEG
+    if spoke.sum() < SPOKE or np.ptp(far[spoke]) < ACROSS * far.max():
+        return scan
+    return scan.select_detections(np.flatnonzero(~spoke))
+
+
 def _some(scan: RadarScan) -> tuple[Array, Array]:
     """Ranges and bearings of a scan, not too many."""
+    scan = without_spoke(scan)
     taken = np.unique(np.linspace(0, scan.detections - 1, min(MOST, scan.detections)).astype(np.int64))
     return scan.range_m[taken], scan.bearing_rad[taken]
