@@ -139,6 +139,26 @@ def test_side_lobes_whose_bearings_err_more_are_named() -> None:
         assert "side lobes" in sentence
 
 
+def test_one_side_lobe_of_each_of_two_ships_is_named() -> None:
+    """Each at its ship's range, which changes, and by itself like a ship in company; to different sides."""
+    named = 0
+    for seed in range(10):
+        rng = np.random.default_rng([seed, 66])
+        places = apart(rng, 3)
+        ships = [np.array([[[1500.0, 1800.0]]]), np.array([[[-1800.0, 600.0]]])]
+        lanes = [np.array([[[4.0, -6.0]]]), np.array([[[5.0, 4.0]]])]
+        two = [start + TIMES_S[:, None, None] * lane for start, lane in zip(ships, lanes, strict=True)]
+        wider = [[0.0, 2 * BEARING_SD]] * len(TIMES_S)
+        lobes = [
+            seen(rng, way)[0] + np.radians([0, turn]) + rng.normal(0, wider)
+            for way, turn in zip(two, (-9, 14), strict=True)
+        ]
+        for lobe in lobes:
+            lobe[rng.random(len(lobe)) > 0.6] = np.nan
+        named += not judged([*seen(rng, np.concatenate([*two, places], axis=1)), *lobes])[0]
+    assert named >= 8
+
+
 def test_ships_twice_by_a_second_radar_or_antenna_are_named_though_no_error_is_shared() -> None:
     for seed in range(10):
         rng = np.random.default_rng([seed, 63])

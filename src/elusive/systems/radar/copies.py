@@ -33,6 +33,7 @@ TURNED_RAD = math.radians(1.0)  # of a ship whose bearing its copy does not foll
 SEVERAL, DIFFER_MPS = 2, 1.0  # that are moved in one way, and by how much the velocities of their originals differ
 CLEAR, ALIKE = 4.0, 0.3  # deviations of chance, and the correlation, from which errors are shared
 WIDER = 4.0  # times a bearing's error, that the bearing of a weak echo by a side lobe from its ship's may have
+LOBES_RAD = math.radians(45)  # to each side of a ship, within which echoes by side lobes lie
 NEAR = 4.0  # times the least interval, in which second differences are taken
 
 
@@ -57,6 +58,11 @@ class Sightings:
         return {track: np.array(rows).reshape(-1, 3) for track, rows in self._rows.items()}
 
 
+def _velocity(times_s: Array, places: Array) -> Array:
+    since = times_s - times_s.mean()
+    return np.asarray(since @ places / (since @ since))
+
+
 class _Way(NamedTuple):
     """In which one track may be a copy of another."""
 
@@ -68,13 +74,17 @@ class _Way(NamedTuple):
     original: int
     copy: int
     shared: bool  # errors
+    lobe: bool = False  # at its ship's range, which changes, and not far to the side
 
     def like(self, other: _Way) -> bool:
-        """Whether another copy is moved in the same way; those in side lobes of a ship lie to either side of it."""
-        if self.how == "turned" and self.original == other.original:
+        """Whether another copy is moved in the same way; those in side lobes lie to either side of their ships."""
+        if self.how == "turned" and (self.original == other.original or self._both_lobes(other)):
             return True
         off = self.by - other.by if self.how == "shifted" else wrapped(self.by - other.by, 2 * math.pi)
         return bool(off @ np.linalg.solve(self.covariance + other.covariance, off) < ERRORS**2)
+
+    def _both_lobes(self, other: _Way) -> bool:
+        return self.lobe and other.lobe and self.original != other.copy and self.copy != other.original
 
     def differs(self, other: _Way) -> bool:
         """Whether the originals of both go differently at one time."""
@@ -82,10 +92,9 @@ class _Way(NamedTuple):
             return True
         _, mine, its = np.intersect1d(self.times_s, other.times_s, return_indices=True)
         if len(mine) < SCANS:
-            return False
-        since = self.times_s[mine] - self.times_s[mine].mean()
-        apart = since @ (self.places[mine] - other.places[its]) / (since @ since)
-        return bool(np.hypot(*apart) > DIFFER_MPS)
+            both = _velocity(self.times_s, self.places) - _velocity(other.times_s, other.places)
+            return self._both_lobes(other) and bool(np.hypot(*both) > 2 * DIFFER_MPS)
+        return bool(np.hypot(*_velocity(self.times_s[mine], self.places[mine] - other.places[its])) > DIFFER_MPS)
 
 
 def copies_finding(sightings: Mapping[int, Array], range_sd_m: float, bearing_sd_rad: float) -> Finding:
@@ -151,7 +160,9 @@ def _ways(original: int, copy: int, sightings: Mapping[int, Array], sd: Array) -
         return []
     parts = slice(None), slice(-third), slice(third, None)
     each = (_ways_in(original, copy, both[0][part], both[1][part], sd) for part in parts)
-    return next((found for found in each if found), [])
+    found = next((found for found in each if found), [])
+    fainter = len(its_rows) < len(rows)
+    return [one._replace(lobe=one.lobe and fainter) for one in found]
 
 
 def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) -> list[_Way]:
@@ -168,7 +179,8 @@ def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) 
     found = list[_Way]()
 
     def keep(how: str, by: Array, covariance: Array, both: Sequence[tuple[Array, Array]]) -> None:
-        found.append(_Way(how, by, covariance, times_s, one, original, copy, _shared(times_s, both)))
+        lobe = how == "turned" and nears and abs(float(by[0])) < LOBES_RAD
+        found.append(_Way(how, by, covariance, times_s, one, original, copy, _shared(times_s, both), lobe))
 
     ranges = [(far, its_far)]  # which err together where the echo is the same one, by another way
     turns = wrapped(its_angle - angle, 2 * math.pi)
