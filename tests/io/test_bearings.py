@@ -80,6 +80,7 @@ def test_followed_until_idle(tmp_path, sites):
         (HEAD + "0,west,1,91\n", r"line 2, column elevation_deg: 91 is not from -90 to 90"),
         (HEAD + "1,west,1,2\n0.5,east,1,2\n", r"line 3, column time_s: 0.5 comes after 1; sort"),
         (HEAD + "inf,west,1,2\n", r"line 2, column time_s: 'inf' is no number"),
+        (HEAD + "1790000000000,west,1,2\n", r"line 2, column time_s: 1790000000000 would .* milliseconds since 1970"),
     ],
 )
 def test_refuses(tmp_path, sites, text, sentence):

@@ -34,20 +34,19 @@ class RadarColumns(NamedTuple):
             If it has one column of a pair alone.
         """
         there = line.cells
-        clock = "time_s" if "time_s" in there else "time"
         own = next((pair for pair in OWN if pair[0] in there and pair[1] in there), None)
         place = next((pair for pair in PLACES if pair[0] in there and pair[1] in there), None)
         distance = next((name for name in RANGES_M if name in there), None)
         angle = next((name for name in BEARINGS if name in there), None)
         heading = "heading_deg" if "heading_deg" in there else None
         if distance and angle:
-            return cls(clock, (distance, angle), own or place, heading)
+            return cls(line.clock, (distance, angle), own or place, heading)
         if place is None:
             raise DataError(
                 f"{line.where}: its columns are {', '.join(there)}; give range_m and bearing_deg, or x_m and y_m, or "
                 "lon_deg and lat_deg of a plot."
             )
-        return cls(clock, place, own, heading)
+        return cls(line.clock, place, own, heading)
 
     @property
     def polar(self) -> bool:

@@ -55,7 +55,7 @@ class PlotTable:
                 return None
             columns = RadarColumns.of(line)
             left, own, fix = columns.left(list(line.cells)), columns.own, None
-            time_s = _time(line, columns)
+            time_s = line.time_s()
             if own is not None and own[0] in DEGREES:
                 told = next((one for one in chain([line], lines) if one.cells[own[0]]), None)
                 fix = None if told is None else _pair(told, own)
@@ -139,7 +139,7 @@ class _Reading:
     def __call__(self, line: TableLine) -> tuple[float, RadarPlot | None]:
         """Return a line's time and plot, None where it says that there is none."""
         columns = self._columns = self._columns or RadarColumns.of(line)
-        clock, time_s = columns.clock, _time(line, columns)
+        clock, time_s = line.clock, line.time_s()
         empty = not any(line.cells.get(name) for name in (*columns.measured, COLUMNS[3]))
         before = self._before
         if self._ordered and (time_s < before or (time_s == before and (empty or self._alone))):
@@ -162,10 +162,6 @@ class _Reading:
             raise DataError(f"{self._table.path}: the clock went back, by which the radar's own way goes; start anew.")
         time_s, plot = row
         return time_s + by_s, None if plot is None else plot._replace(time_s=plot.time_s + by_s)
-
-
-def _time(line: TableLine, columns: RadarColumns) -> float:
-    return line.moment("time") if columns.clock == "time" else line.number(columns.clock)
 
 
 def _pair(line: TableLine, names: tuple[str, str]) -> tuple[float, float]:

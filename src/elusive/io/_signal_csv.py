@@ -15,6 +15,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._opened import readable
+from elusive.io._table_lines import LATEST_S
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.header import is_number
 from elusive.io.sources.lines import STRICT, chained
@@ -84,8 +85,8 @@ class Table(NamedTuple):
             values = np.array([cell.strip() or "nan" for cell in cells], dtype=np.float64)
         except ValueError:
             raise DataError(_bad_cell(where, cells)) from None
-        if self.timed and not math.isfinite(values[0]):
-            raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time.")
+        if self.timed and not abs(values[0]) < LATEST_S:
+            raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time in seconds.")
         return values
 
 

@@ -17,6 +17,7 @@ from elusive.io.sources.lines import STRICT, lines_of
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?nan", re.ASCII | re.IGNORECASE)
 MOMENT = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*", re.ASCII)
 
+LATEST_S = 1e11  # the year 5138
 FORWARDS = "sort the lines by time, and if times count down, subtract them from the first"  # where they run backwards
 
 
@@ -44,6 +45,29 @@ class TableLine(NamedTuple):
         if abs(value) > most:
             raise DataError(f"{self.where}, column {column}: {value:g} is not from {-most:g} to {most:g}.")
         return value
+
+    @property
+    def clock(self) -> str:
+        """The column that has the time: ``time_s``, or ``time``, a date and time."""
+        return "time_s" if "time_s" in self.cells else "time"
+
+    def time_s(self) -> float:
+        """Return the line's time, which a date and time are since 1970.
+
+        Raises
+        ------
+        DataError
+            If it is no time, or later than any in seconds.
+        """
+        if self.clock == "time":
+            return self.moment("time")
+        time_s = self.number("time_s")
+        if abs(time_s) >= LATEST_S:
+            raise DataError(
+                f"{self.where}, column time_s: {time_s:.14g} would be seconds of another age; milliseconds since 1970? "
+                "Give times in seconds."
+            )
+        return time_s
 
     def moment(self, column: str) -> float:
         """Return a cell's date and time as seconds since 1970; UTC where it names no offset.

@@ -65,7 +65,7 @@ def read_ais_reports(path: str | os.PathLike[str], since_1970_s: float) -> list[
 
 def _report(line: TableLine) -> AisPosition:
     """Read a line of a table."""
-    time_s = line.moment("time") if "time" in line.cells else line.number("time_s")
+    time_s = line.time_s()
     number = line.number("mmsi")
     if not (number == int(number) and 0 < number < 1e9):
         raise DataError(f"{line.where}: mmsi {number:g} is none; write its nine digits.")

@@ -124,10 +124,11 @@ class _Reading:
         place = self._placed.of(line)
         if place is not None and arrivals:
             raise DataError(f"{line.where}: times of arrival are of sensors that stand; leave the places out.")
-        clock = "time" if "time" in line.cells else "time_s"
-        time_s = line.moment(clock) if clock == "time" else line.number(clock)
+        time_s = line.time_s()
         if self._ordered and time_s < self._before:
-            raise DataError(f"{line.where}, column {clock}: {time_s:.10g} comes after {self._before:.10g}; {FORWARDS}.")
+            raise DataError(
+                f"{line.where}, column {line.clock}: {time_s:.10g} comes after {self._before:.10g}; {FORWARDS}."
+            )
         self._before = time_s
         if line.cells["sensor"] not in self._index:
             raise DataError(f"{line.where}: {_unknown(line.cells['sensor'], self._names)}")

@@ -28,7 +28,7 @@ def read_frame_times(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     """
     times: list[float] = []
     for line in table_lines(path, ("time_s",), None, "a frame's time a line"):
-        time_s = line.number("time_s")
+        time_s = line.time_s()
         if times and time_s <= times[-1]:
             raise DataError(f"{line.where}: {time_s:g} s comes after {times[-1]:g} s; frames are in the order of time.")
         times.append(time_s)

@@ -22,6 +22,7 @@ from elusive.io._order import natural_key
 from elusive.io._stack import Stack, check_same
 from elusive.io._tiff import open_tiff
 from elusive.io._video import open_video
+from elusive.io.fill_values import without_fill
 from elusive.io.frame_times import TABLE, counted, read_frame_times
 
 HDF5 = (".h5", ".hdf5", ".hdf", ".nc")
@@ -40,7 +41,8 @@ class FrameSource:
     """A sequence of frames, opened afresh at each iteration and never held whole in memory.
 
     Iterating yields float64 arrays ``(rows, cols)``, each the caller's own. A pixel that was NaN or infinite in the
-    file is NaN: masked. A frame that shows nothing, as while a shutter is closed, is ``None``: missing.
+    file, or holds what stands for none (-9999, say), is NaN: masked. A frame that shows nothing, as while a shutter is
+    closed, is ``None``: missing.
     """
 
     name: str
@@ -224,7 +226,7 @@ def _open(text: str, dataset: str | None, pattern: str | None) -> Stack:
 
 
 def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
-    """Return a raw frame as grey float64 of the right size, with NaN for what is not finite.
+    """Return a raw frame as grey float64 of the right size, with NaN for what is not finite or stands for none.
 
     Raises
     ------
@@ -233,7 +235,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
     BlankFrameError
         If it has more than half of its pixels NaN or infinite, or has all pixels equal.
     """
-    frame = _grey(raw, where)
+    frame = without_fill(_grey(raw, where))
     check_same((frame.shape[0], frame.shape[1]), shape, where)
     masked = ~np.isfinite(frame)
     n_masked = np.count_nonzero(masked)

@@ -89,7 +89,7 @@ def _table(path: Path) -> list[OwnFix]:
     needed, found = ("time|time_s", "lon_deg", "lat_deg"), list[OwnFix]()
     with closing(table_lines(path, needed, ("heading_deg",), "one place of the ship a line")) as lines:
         for line in lines:
-            time_s = line.moment("time") if "time" in line.cells else line.number("time_s")
+            time_s = line.time_s()
             lon, lat = line.number("lon_deg", most=360), line.number("lat_deg", most=90)
             heading = line.number("heading_deg", most=360, absent=math.nan)
             found.append(OwnFix(time_s, lon, lat, math.radians(heading % 360)))

@@ -18,6 +18,7 @@ from elusive.io._raw_samples import Raw, RawForm
 from elusive.io._signal_csv import open_table
 from elusive.io._signal_readings import Cut, FilePlace, Piece, Reading, open_array, open_raw, open_recording, read_table
 from elusive.io._stack import MAX_PIXELS
+from elusive.io.fill_values import without_fill
 
 TEXT = (".csv", ".tsv", ".txt")
 SUPPORTED = (".npy", ".wav", *TEXT)
@@ -80,8 +81,9 @@ class SignalSource:
             for time_s, raw, place in frames:
                 if time_s is None:
                     time_s = float(number) if self.rate_hz is None else number / self.rate_hz
-                kind = complex if np.iscomplexobj(raw) else float
-                yield SignalFrame(time_s, np.array(raw, dtype=kind), place and SignalPlace(number, place))
+                is_complex = np.iscomplexobj(raw)
+                samples = np.array(raw, dtype=complex) if is_complex else without_fill(np.array(raw, dtype=float))
+                yield SignalFrame(time_s, samples, place and SignalPlace(number, place))
                 number += 1
         if not self.goes_on:
             _enough(number - self.start, self.name)

@@ -182,7 +182,7 @@ def _table(path: str | os.PathLike[str], unit: Unit, names: Sequence[str], one_b
     less = 1.0 if one_based else 0.0
     rows: dict[str, list[list[float]]] = {}
     for line in table_lines(path, needed, None, "a target's place a line"):
-        time = line.number("time_s") if timed else _frame(line, one_based)
+        time = line.time_s() if timed else _frame(line, one_based)
         row = [time, *(line.number(place) - less for place in places)]
         target = "1" if name is None else line.cells[name]
         earlier = rows.setdefault(target, [])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from elusive.sensors.radar_scans import RadarPlot, scan_of
-from elusive.systems.radar.turned import Turns
+from elusive.systems.radar.turned import Together, Turns, common_of
 
 
 def scan(time_s, far, bearing):
@@ -49,3 +49,7 @@ def test_a_spoke_that_goes_round_turns_nothing():
         spoke = 0.2 * k + rng.normal(0, 0.01) + rng.normal(0, 3e-3, len(along))
         turns.add(scan(2.5 * k, np.concatenate([along, more]), np.concatenate([spoke, where])))
     assert not turns.turned.turns
+
+
+def test_plots_that_do_not_err_have_nothing_in_common():
+    assert common_of(np.arange(200) // 4, np.zeros(200)) == Together()

@@ -52,7 +52,7 @@ def common_of(numbers: Array, errors: Array) -> Together:
     """Tell what errors ``(n,)`` [rad] of plots of different targets have in common, by their scans ``(n,)``."""
     _, group, counts = np.unique(numbers, return_inverse=True, return_counts=True)
     pairs = int((counts * (counts - 1)).sum())
-    if pairs < FEW_PAIRS:
+    if pairs < FEW_PAIRS or not errors.any():
         return Together()
     size = max(float(np.median(np.abs(errors))) / HALF, LEAST * float(np.sqrt(np.mean(errors**2))), 1e-9)
     clipped = np.clip(errors / size, -CLIPPED, CLIPPED)
