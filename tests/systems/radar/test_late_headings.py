@@ -144,3 +144,22 @@ def test_live_it_is_learnt(tmp_path):
     last = np.array([rows["position"][-1] for rows in tracks.values() if rows["time_s"][-1] > (SCANS - 2) * TURN_S])
     truth = place + way * SCANS * TURN_S
     assert np.hypot(*(last[:, None] - truth).transpose(2, 0, 1)).min(axis=1).max() < 100.0
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_before_a_coast_of_many_echoes_right_headings_are_left_alone(seed: int) -> None:
+    """Its echoes make triples with each other, more by some headings than by others."""
+    rng = np.random.default_rng([seed, 16])
+    coast = np.column_stack([rng.uniform(-2500, 2500, 40), 4000 + 80 * np.abs(rng.normal(size=40))])
+    often, (place, way), headings = rng.uniform(0.2, 0.95, 40), sailed(rng), Headings()
+    for time_s in np.arange(SCANS) * TURN_S:
+        here = own(time_s, 0.0)
+        off = np.concatenate([coast[rng.random(40) < often], (place + way * time_s)[rng.random(5) < DETECTED]]) - here
+        far = np.hypot(*off.T) + rng.normal(0, RANGE_SD_M, len(off))
+        bearing = (np.arctan2(*off.T) + rng.normal(0, BEARING_SD, len(off))) % (2 * np.pi)
+        bow = float(heading(time_s))
+        plots = [RadarPlot(time_s, r, b, math.nan, bow) for r, b in zip(far.tolist(), bearing.tolist(), strict=True)]
+        scan = scan_of(float(time_s), plots)
+        headings.add(scan._replace(own=scan.own._replace(x_m=float(here[0]), y_m=float(here[1]))))
+    assert headings.turns > 20
+    assert not headings.late.late_s

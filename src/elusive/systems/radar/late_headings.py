@@ -87,10 +87,14 @@ class Headings:
         if not self._turning:
             return Late()
         course = self.course
-        tried = {0.0: self._likely(0.0, course)}
+        as_told, triples = self._likely(0.0, course)
+        if as_told == -math.inf:
+            return Late()
+        tried = {0.0: as_told}
         for more in (COARSE_S, FINE_S):
             best = max(tried, key=lambda one: tried[one])
-            tried |= {late: self._likely(late, course) for late in (best + more).tolist() if late not in tried}
+            others = [late for late in (best + more).tolist() if late not in tried]
+            tried |= {late: self._likely(late, course, triples)[0] for late in others}
         best = max(tried, key=lambda one: tried[one])
         if not tried[best] - tried[0.0] > ODDS:
             return Late()
@@ -98,20 +102,24 @@ class Headings:
         bend = -2 * np.polyfit(near[:, 0] - best, near[:, 1], 2)[0]
         return Late(float(f"{best:.2g}"), 1 / math.sqrt(max(bend, 1e-9)))
 
-    def _likely(self, late_s: float, course: Array) -> float:
-        """Return the log likelihood of the plots with headings read so late, but for what all have in common."""
+    def _likely(self, late_s: float, course: Array, triples: float = math.inf) -> tuple[float, float]:
+        """Return the log likelihood of plots with headings read so late, of so many triples at most, and their number.
+
+        Where echoes lie close to each other, as a coast's, how many triples they make says nothing of headings: those
+        are asked whose middle plot is in no other, and how straight they are, not how many.
+        """
         rows = list[Array]()
         for three in self._turning:
-            triples = Triples()
+            each = Triples()
             for scan in three:
-                triples.add(righted(scan, course, late_s))
-            rows.append(triples.rows)
+                each.add(righted(scan, course, late_s))
+            rows.append(each.alone)
         errors = np.concatenate(rows)[:, :2]
         if len(errors) < FEW:
-            return -math.inf
+            return -math.inf, 0.0
         limits = np.array(USUAL[:2])
         *_, density = mixture(errors, limits, limits[None] / 4)
-        return float(np.log(len(errors) * density).sum()) / OVERLAP
+        return min(triples, len(errors)) * float(np.log(density).mean()) / OVERLAP, len(errors)
 
 
 class Righted:

@@ -117,6 +117,12 @@ class Triples:
         """Second differences along and across the line of sight and what is known of each triple, ``(n, 9)``."""
         return np.concatenate(self._rows) if self._rows else np.zeros((0, COLUMNS))
 
+    @property
+    def alone(self) -> Array:
+        """Those :attr:`rows` whose middle plot is in no other triple."""
+        rows = self.rows
+        return np.asarray(rows[_candidates(rows) == 1])
+
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
         steps = _steps(self._first)
@@ -169,14 +175,20 @@ def _of_rows(rows: Array, widest: Widest, steps: Array) -> PlotErrors | None:
     rounding = np.column_stack([np.full(len(rows), math.hypot(along, place)), np.hypot(aside, place / rows[:, 3])])
     # differences of rounded values are alike again and again, and would seem to have no error
     rows[:, :2] += rounding * np.random.default_rng(0).standard_normal(rounding.shape)
-    _, which, candidates = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
     # echoes close to each other make triples of several, which no uniform density describes
-    one = candidates[which.ravel()] == 1
+    candidates = _candidates(rows)
+    one = candidates == 1
     alone = _fitted(rows[one], widest, rounding[one])
     if alone is not None and alone.targets >= ENOUGH:
         return alone
     every = _fitted(rows, widest, rounding)
-    return None if every is None else every._replace(crowded=len(rows) > CROWDED * len(candidates))
+    return None if every is None else every._replace(crowded=len(rows) > CROWDED * float((1 / candidates).sum()))
+
+
+def _candidates(rows: Array) -> NDArray[np.int64]:
+    """Count the triples of the middle plot of each, ``(n, 9) -> (n,)``."""
+    _, which, counts = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(counts[which.ravel()])
 
 
 def _fitted(rows: Array, widest: Widest, rounding: Array) -> PlotErrors | None:
