@@ -18,6 +18,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 APART_DEG, PASSES_DEG = 5.0, 20.0  # of two bearings from each other, and how far they go
 WITHIN, CLEAR, OFTEN = 2.0, 5.0, 0.25  # deviations of a mean; of chance; pairs a time
 ALIKE, DRIFT = 0.7, 1.0  # deviations of a bearing: means scatter in the median by .48 of it, evenly by 1; and drift
+STRAYS = 0.05  # share of the pairs that may be far apart by chance, at least
 MOST_SENSORS = 0.5  # share of the sensors, as two emitters now and then pass one symmetrically
 MOST_TIMES, TRIED = 500, 400  # that are looked at, and axes
 
@@ -61,7 +62,9 @@ def _axis(rows: Sequence[Array], sigma_deg: float) -> float | None:
     best, off = near[number], off[number]
     chance = len(means) * min(2 * WITHIN * sigma_deg / 180, 1.0)
     enough = best.sum() > chance + CLEAR * math.sqrt(chance) + OFTEN * len(rows)
-    if not enough or np.ptp(np.abs(apart[best]) / 2) < PASSES_DEG:
+    # emitters that rest have means that stay as well, among which some lie by chance that are far apart
+    by_chance = min(max(0.5 * chance / max(best.sum(), 1), STRAYS), 0.5)
+    if not enough or np.diff(np.quantile(np.abs(apart[best]) / 2, (by_chance, 1 - by_chance)))[0] < PASSES_DEG:
         return None
     order = np.flatnonzero(best) / len(off) - 0.5  # pairs come in the order of time
     middle = float(np.median(off[best]))
