@@ -151,6 +151,20 @@ def test_norths_that_differ_from_emitter_to_emitter_are_known_no_better():
     assert np.trace(told.spread_deg2) > 4 * np.trace(together.spread_deg2)
 
 
+def test_a_track_that_took_anothers_bearings_is_no_reason_for_norths_of_its_own():
+    asked, times = BearingTracking(emitters=HEARD, motion={"kind": "cv", "q": 0.01}, sigma_deg=1.0), np.arange(60.0)
+    truth, rng = crowd(40, 3, q=0.01)[0], np.random.default_rng(40)
+    truth[:, 2] = truth[:, 1] + (120.0, 0, 84.0, 0)
+    alone = [BearingSensors(positions_m=PLACES).simulate(path, times, rng) for path in truth.swapaxes(0, 1)]
+    mixed = [
+        one._replace(azimuth_rad=np.where(one.sensor == 0, other.azimuth_rad, one.azimuth_rad))
+        for one, other in zip(alone[2], alone[1], strict=True)
+    ]
+    clean, told = norths_found(asked, SITES, alone), norths_found(asked, SITES, [*alone[:2], mixed])
+    assert np.abs(told.off_deg).max() < 1.0
+    assert told.sd_deg.max() < 4 * clean.sd_deg.max()
+
+
 def test_norths_that_were_found_repeat_a_run():
     told = BearingTracking(emitters={**HEARD, "norths_deg": (2.5, 0.0, -1.0, 0.0)}, motion={"kind": "cv", "q": 0.5})
     assert BearingTracking(**yaml.safe_load(told.to_yaml())) == told

@@ -130,7 +130,7 @@ def norths_found(parameters: BearingTracking, sites: SensorSites, alone: Sequenc
     by_size = list(zip(*(row for row in known if len(row) == len(sizes)), strict=True)) or [()] * len(sizes)
     # what errs by the direction, as beside a mast, is another north to each emitter
     found = [_together(paths, n) for paths in by_size]
-    found += [_apart(paths, n) for paths in by_size if len(paths) > 1]
+    found += [_apart(paths, by_size[0], n) for paths in by_size if len(paths) > 1]
     sizes = (2 * sizes)[: len(found)]
     beforehand = [-0.5 * (math.log(sd_deg / sigma_deg) / NORTHS) ** 2 for sd_deg in sizes]
     beforehand[len(by_size) :] = [level - TWENTY_TO_ONE for level in beforehand[len(by_size) :]]
@@ -142,11 +142,16 @@ def norths_found(parameters: BearingTracking, sites: SensorSites, alone: Sequenc
     return Norths(tuple(off_deg.round(4).tolist()), tuple(map(tuple, spread_deg2.round(6).tolist())))
 
 
-def _apart(paths: Sequence[SmoothedPath], n: int) -> tuple[float, Array, Array]:
-    """Return the same where each emitter has norths of its own: their mean, and how far one emitter's are from it."""
+def _apart(paths: Sequence[SmoothedPath], least: Sequence[SmoothedPath], n: int) -> tuple[float, Array, Array]:
+    """Return the same where each emitter has norths of its own: their mean, and how far one emitter's are from it.
+
+    Most emitters have to say so, beside the least norths: who took another's bearings seems to err.
+    """
+    levels = np.array([path.log_evidence for path in least])
+    gain = float(np.median([path.log_evidence for path in paths] - levels))
     means = np.array([path.states[-1, -n:] for path in paths])
     spread = np.mean([path.covariances[-1, -n:, -n:] for path in paths], axis=0) + np.cov(means.T)
-    return sum(path.log_evidence for path in paths), means.mean(axis=0), np.asarray(spread)
+    return float(levels.sum()) + len(levels) * gain, means.mean(axis=0), np.asarray(spread)
 
 
 def _together(paths: Sequence[SmoothedPath], n: int) -> tuple[float, Array, Array]:
