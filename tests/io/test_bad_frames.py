@@ -5,6 +5,7 @@ import pickle
 import struct
 import zipfile
 import zlib
+from itertools import islice
 
 import h5py
 import numpy as np
@@ -145,6 +146,9 @@ def test_mostly_bad_pixels(tmp_path):
     movie[1, 5, 7] = np.inf
     np.save(tmp_path / "more.npy", movie)
     assert [frame is None for frame in open_frames(tmp_path / "more.npy")] == [k == 1 for k in range(len(movie))]
+    movie[1, 5, 7] = 1e300  # whose square is not finite
+    np.save(tmp_path / "more.npy", movie)
+    assert next(islice(open_frames(tmp_path / "more.npy"), 1, None)) is None
     np.save(tmp_path / "all.npy", np.full((2, 3, 5), np.nan))
     refused(
         r"frame 0: 15 of 15 pixels are NaN or infinite, the first at row 0, column 0; no other of the 2 frames shows",

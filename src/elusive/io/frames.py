@@ -29,6 +29,7 @@ HDF5 = (".h5", ".hdf5", ".hdf", ".nc")
 VIDEOS = (".mp4", ".m4v", ".mov", ".avi", ".mkv", ".webm", ".mpg", ".mpeg", ".wmv", ".ts")
 NAMED = (".npz", *HDF5)
 SUPPORTED = (".npy", *NAMED, *TIFF, ".gif", *VIDEOS)
+MOST = 1e150  # of a grey level: what is greater has no finite square
 REC_601 = np.array([299.0, 587.0, 114.0])
 
 
@@ -237,7 +238,7 @@ def clean_frame(raw: Any, shape: tuple[int, int], where: str) -> Array:
     """
     frame = without_fill(_grey(raw, where))
     check_same((frame.shape[0], frame.shape[1]), shape, where)
-    masked = ~np.isfinite(frame)
+    masked = ~(np.abs(frame) <= MOST)
     n_masked = np.count_nonzero(masked)
     if 2 * n_masked > frame.size:
         row, col = np.argwhere(masked)[0]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from elusive.cli import main
+from elusive.errors import DataError
 from elusive.io import open_frames
 from elusive.sensors import ImageSensor
 from elusive.systems.images.fit import RECORDED, WHITE, fit_images
@@ -83,6 +84,8 @@ def test_a_scene_is_tracked_as_recorded():
     found, _ = fitted(500 + still + rng.normal(0, 3, (24, 64, 64)))
     assert found.remark == RECORDED
     assert found.tree == {}
+    with pytest.raises(DataError, match="one frame does not tell its noise from its scene; give more"):
+        fitted(500 + still + rng.normal(0, 3, (1, 64, 64)))
 
 
 def test_frames_are_tracked_with_what_was_fitted(tmp_path, capsys):

@@ -76,6 +76,8 @@ def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = Non
                 on_frame(number)
 
     if not _white(facts, law):
+        if not facts.steps:
+            raise DataError(f"{source.name}: one frame does not tell its noise from its scene; give more frames.")
         return _recorded(again(), facts)
     if clearly(law.gaussian_misfit, law.rayleigh_misfit):
         return _envelope(facts, law)
