@@ -11,7 +11,9 @@ from elusive.io.fill_values import without_fill
 SCENE = np.random.default_rng(1).normal(1000, 25, (30, 40))
 
 
-@pytest.mark.parametrize("fill", [0.0, -9999.0, -32768.0, 65535.0, np.float32(9.969209968386869e36), 1e20, -999.0])
+@pytest.mark.parametrize(
+    "fill", [0.0, -9999.0, -32768.0, 65535.0, np.float32(9.969209968386869e36), 1e20, -3.4e38, -999.0]
+)
 def test_a_value_that_stands_for_none_is_nan(fill):
     values = SCENE.copy()
     values[:, :9] = fill

@@ -1,7 +1,7 @@
 """Values that stand for none: what files hold where nothing was measured, far beyond all that was.
 
-By custom -9999, -32768, 1e20, or the last value of a type; netCDF's defaults are those of ``netcdf.h`` (Unidata). 0 and
-65535, of many samples, are the border of frames that were laid over each other, and dead pixels. One counts as none
+By custom -9999, -32768, 1e20, or the last value of a type, and netCDF's defaults (Unidata, ``netcdf.h``). 0 and 65535,
+of many samples, are the border of frames that were laid over each other, and dead pixels. One counts as none
 only where it lies farther from all other values of a frame than these do from each other: a saturated pixel has
 neighbours on the way there.
 """
@@ -12,12 +12,9 @@ import numpy as np
 
 from elusive.contracts import Array
 
-LARGEST = float(np.finfo(np.float32).max)
-NETCDF = (9.969209968386869e36, -2147483647.0, -32767.0)  # of real numbers, of 32 and 16 bits
 ENDS = (0.0, 65535.0, 4294967295.0)  # of whole numbers
-CUSTOMS = (-999.0, -9999.0, -99999.0, -32768.0, -2147483648.0, 1e20, -1e20, LARGEST, -LARGEST)
-FILLS = np.array([*ENDS, *CUSTOMS, *NETCDF])
-ALIKE = 1e-6  # a value rounded to 32 bits
+FILLS = np.array([*ENDS, -999.0, -9999.0, -99999.0, -32767.0, -32768.0, -2147483647.0, -2147483648.0])
+HUGE = 1e20  # and all beyond, as netCDF's 9.97e36 and the largest numbers of types
 FEWEST, SHARE = 16, 1 / 500  # samples and share of a frame that are such an end: a small target is fewer
 
 
@@ -39,7 +36,7 @@ def without_fill(values: Array) -> Array:
         if not np.isfinite(ends).all():
             finite = values[np.isfinite(values)]
             ends = [float(finite.min()), float(finite.max())] if len(finite) else []
-        fills = [end for end in ends if np.isclose(end, FILLS, rtol=ALIKE, atol=0.0).any()]
+        fills = [end for end in ends if abs(end) >= HUGE or end in FILLS]
         found = next((end for end in fills if _beyond(values, end)), None)
         if found is None:
             break
