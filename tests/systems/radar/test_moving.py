@@ -7,7 +7,7 @@ import pytest
 
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.moving import STEADY_Q, WANDERS, Ways
+from elusive.systems.radar.moving import LASTS_S, PRIOR, ROCKS, SCATTER_M, STEADY_Q, WANDERS, Ways
 from elusive.systems.radar.parameters import RadarTracking, UnderWay
 from elusive.systems.radar.track import track_radar
 
@@ -16,17 +16,21 @@ PLACES, H = [0, 2], np.eye(4)[[0, 2]]
 
 
 def drawn(kinds: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Draw ways at rest, of a steady velocity and of the tracker's motion, as the three models have them."""
-    states = np.array([0.0, 1.0, 0.0, 1.0]) * rng.normal(0, SPEED, (len(kinds), 4)) * (kinds > 0)[:, None]
+    """Draw ways at rest, of rocks, of a steady velocity and of the tracker's motion, as the four models have them."""
+    states = np.array([0.0, 1.0, 0.0, 1.0]) * rng.normal(0, SPEED, (len(kinds), 4)) * (kinds > ROCKS)[:, None]
     ways = [states]
     for _ in range(SCANS):
         steady, free = (
             motion.propagate(states, INTERVAL_S, rng) for motion in (ConstantVelocity(q=STEADY_Q), UnderWay())
         )
         rest = states + np.array([1.0, 0.0, 1.0, 0.0]) * rng.normal(0, math.sqrt(WANDERS * INTERVAL_S), states.shape)
-        states = np.choose(kinds[:, None], [rest, steady, free])
+        states = np.choose(kinds[:, None], [rest, rest, steady, free])
         ways.append(states)
-    return np.array(ways)
+    places, off, stays = np.array(ways), rng.normal(0, SCATTER_M, (len(kinds), 2)), math.exp(-INTERVAL_S / LASTS_S)
+    for scan in places:
+        scan[:, PLACES] += (kinds == ROCKS)[:, None] * off
+        off = stays * off + math.sqrt(1 - stays**2) * rng.normal(0, SCATTER_M, off.shape)
+    return places
 
 
 def followed(ways: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -50,13 +54,13 @@ def followed(ways: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 def test_what_is_told_with_a_probability_moves_as_often() -> None:
     rng = np.random.default_rng(5)
-    kinds = rng.choice(3, 4000, p=[0.5, 0.25, 0.25])
+    kinds = rng.choice(4, 4000, p=PRIOR)
     told = followed(drawn(kinds, rng), rng)
     for low, high in ((0, 0.2), (0.2, 0.8), (0.8, 1)):
         which = (told >= low) & (told <= high)
         sd = math.sqrt(float((told[which] * (1 - told[which])).sum()))
         assert which.sum() > 300
-        assert abs((kinds[which] > 0).sum() - told[which].sum()) < 3.5 * sd
+        assert abs((kinds[which] > ROCKS).sum() - told[which].sum()) < 3.5 * sd
 
 
 @pytest.mark.parametrize("interval_s", [0.0, 1e-3, 60.0, 1e4])

@@ -1,9 +1,10 @@
 """Whether tracks move over ground: at rest, with a steady velocity, or as the tracker lets them, by their plots.
 
-Interacting multiple models (Blom and Bar-Shalom, 1988, IEEE Trans. Autom. Control 33(8), 780-783): two Kalman filters
-beside the tracker's own belief, which is the third model. What is at rest jitters where plots err, by metres a second
-where the motion allows it; its velocity alone does not tell. At a track's beginning the odds of rest are the density of
-no velocity, known by then to before (Dickey, 1971, Ann. Math. Stat. 42(1), 204-223).
+Interacting multiple models (Blom and Bar-Shalom, 1988, IEEE Trans. Autom. Control 33(8), 780-783): three Kalman filters
+beside the tracker's own belief, which is the fourth model. What is at rest jitters where plots err, by metres a second
+where the motion allows it; its velocity alone does not tell. Echoes of an islet or a shore come of one rock and then
+another, for some time each: an Ornstein-Uhlenbeck process about a place. At a track's beginning the odds of rest are
+the density of no velocity, known by then to before (Dickey, 1971, Ann. Math. Stat. 42(1), 204-223).
 """
 
 from __future__ import annotations
@@ -22,9 +23,11 @@ from elusive.sensors.radar_hulls import HullRadar
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ships import Ship
 
-PRIOR = np.array([0.5, 0.25, 0.25])  # of rest, a steady velocity, the tracker's motion
-CHANGES_PER_S = np.array([1 / 3600, 1 / 300])  # of what rests, or goes steadily, to moving as the tracker lets it
-SETTLES_PER_S = np.array([1 / 3600, 1 / 60])  # and of that to each
+PRIOR = np.array([0.4, 0.1, 0.25, 0.25])  # of rest, of rocks about a place, a steady velocity, the tracker's motion
+CHANGES_PER_S = np.array([1 / 3600, 1 / 3600, 1 / 300])  # of these to moving as the tracker lets it
+SETTLES_PER_S = np.array([1 / 3600, 1 / 3600, 1 / 60])  # and of that to each
+REST, ROCKS, STEADY, KINDS = 0, 1, 2, 3  # filters, and their number; the tracker is the last
+SCATTER_M, LASTS_S = 25.0, 10.0  # deviation of rocks about a place, on each axis, and how long one of them is seen
 WANDERS, STEADY_Q = 0.01, 0.0005  # of what rests [m^2 / s]; of a steady velocity [m^2 / s^3]
 ODD = 0.02  # of the tracker's density of a plot: what is less likely yet is another's plot
 TINY, LEAST = 1e-300, 1e-9
@@ -34,14 +37,14 @@ PLACE, VELOCITY = [X, Y], [VX, VY]
 class Ways(NamedTuple):
     """How n tracks may move."""
 
-    share: Array  # (n, 3) probabilities of rest, a steady velocity, the tracker's motion
-    mean: Array  # (n, 2, 4) x, vx, y, vy of the first two
-    covariance: Array  # (n, 2, 4, 4)
+    share: Array  # (n, 4) probabilities of rest, rocks about a place, a steady velocity, the tracker's motion
+    mean: Array  # (n, 3, 4) x, vx, y, vy of the first three; of rocks their middle, and how far one lies off
+    covariance: Array  # (n, 3, 4, 4)
 
     @property
     def moves(self) -> Array:
         """Probability that each moves, ``(n,)``."""
-        return np.asarray(1 - self.share[:, 0])
+        return np.asarray(1 - self.share[:, [REST, ROCKS]].sum(axis=1))
 
     def velocities(self, mean: Array, covariance: Array) -> tuple[Array, Array]:
         """Return velocities with covariances, ``(n, 2), (n, 2, 2)``, whichever way they move.
@@ -53,6 +56,7 @@ class Ways(NamedTuple):
         """
         means = np.concatenate([self.mean, mean[:, None]], axis=1)[..., VELOCITY]
         spreads = np.concatenate([self.covariance, covariance[:, None]], axis=1)[..., [[VX], [VY]], VELOCITY]
+        means[:, ROCKS] = spreads[:, ROCKS] = 0.0
         share = self.share[..., None]
         off = means - (share * means).sum(axis=1, keepdims=True)
         spreads = spreads + off[..., None] * off[..., None, :]
@@ -71,11 +75,15 @@ class Ways(NamedTuple):
         """
         velocity, known = mean[:, VELOCITY], covariance[:, [[VX], [VY]], VELOCITY]
         odds = _densities(velocity, known) * 2 * math.pi * speed_sd_mps**2
-        share = PRIOR * np.stack([odds, np.ones(len(mean)), np.ones(len(mean))], axis=1)
+        share = PRIOR * np.ones((len(mean), 1))
+        share[:, 0] *= odds  # of rocks the first plots tell no velocity
         gain = np.linalg.solve(known + LEAST * np.eye(2), covariance[:, VELOCITY]).transpose(0, 2, 1)
         at_rest = mean - (gain @ velocity[..., None])[..., 0], covariance - gain @ covariance[:, VELOCITY]
-        both = np.stack([at_rest[0], mean], axis=1), np.stack([at_rest[1], covariance], axis=1)
-        return cls(share / share.sum(axis=1, keepdims=True), *both)
+        means, spreads = (
+            np.stack([rest, own, own], axis=1) for rest, own in zip(at_rest, (mean, covariance), strict=True)
+        )
+        _among_rocks(means[:, ROCKS], spreads[:, ROCKS])
+        return cls(share / share.sum(axis=1, keepdims=True), means, spreads)
 
     def put(self, rows: Sequence[int], others: Ways) -> None:
         """Replace what is known of some."""
@@ -86,19 +94,28 @@ class Ways(NamedTuple):
         """Move over an interval, before which the tracker knew the tracks with means and covariances."""
         leaves = -np.expm1(-interval_s * CHANGES_PER_S)
         settles = -np.expm1(-interval_s * SETTLES_PER_S.sum()) * SETTLES_PER_S / SETTLES_PER_S.sum()
-        stay, come = self.share[:, :2] * (1 - leaves), self.share[:, 2:] * settles
-        on = self.share[:, 2] * (1 - settles.sum()) + self.share[:, :2] @ leaves
-        settled, spread = np.stack([mean, mean], axis=1), np.stack([covariance, covariance], axis=1)
-        settled[:, 0, VELOCITY] = spread[:, 0, VELOCITY] = spread[:, 0, :, VELOCITY] = 0.0
+        stay, come = self.share[:, :KINDS] * (1 - leaves), self.share[:, KINDS:] * settles
+        on = self.share[:, KINDS] * (1 - settles.sum()) + self.share[:, :KINDS] @ leaves
+        settled, spread = np.stack([mean] * KINDS, axis=1), np.stack([covariance] * KINDS, axis=1)
+        settled[:, REST, VELOCITY] = spread[:, REST, VELOCITY] = spread[:, REST, :, VELOCITY] = 0.0
+        _among_rocks(settled[:, ROCKS], spread[:, ROCKS])
         fresh = (come / np.maximum(stay + come, TINY))[..., None]
         off = settled - self.mean
         together = self.mean + fresh * off
         spread = self.covariance + fresh[..., None] * (spread - self.covariance)
         spread += (fresh * (1 - fresh))[..., None] * off[..., None] * off[..., None, :]
         steady = ConstantVelocity(q=STEADY_Q)
-        F, noise = steady.F(interval_s), np.stack([np.zeros((4, 4)), steady.Q(interval_s)])
-        noise[0, PLACE, PLACE] = WANDERS * interval_s
-        return Ways(np.column_stack([stay + come, on]), together @ F.T, F @ spread @ F.T + noise)
+        F, noise = np.stack([steady.F(interval_s)] * KINDS), np.zeros((KINDS, 4, 4))
+        stays = math.exp(-interval_s / LASTS_S)
+        F[ROCKS] = np.diag([1.0, stays, 1.0, stays])
+        noise[STEADY] = steady.Q(interval_s)
+        noise[[[REST], [ROCKS]], PLACE, PLACE] = WANDERS * interval_s
+        noise[ROCKS, VELOCITY, VELOCITY] = (1 - stays**2) * SCATTER_M**2
+        return Ways(
+            np.column_stack([stay + come, on]),
+            (F @ together[..., None])[..., 0],
+            F @ spread @ F.transpose(0, 2, 1) + noise,
+        )
 
     def seen(self, mean: Array, covariance: Array, place: Array, error: Array, later_s: Array) -> Ways:
         """Take plots in.
@@ -112,20 +129,32 @@ class Ways(NamedTuple):
         later_s
             Than the scan, each plot is, ``(n,)``.
         """
-        H = np.zeros((len(mean), 1, 2, 4))
+        H = np.zeros((len(mean), KINDS + 1, 2, 4))
         H[..., [0, 1], PLACE], H[..., [0, 1], VELOCITY] = 1.0, later_s[:, None, None]
+        H[:, ROCKS, [0, 1], VELOCITY] = 1.0
         means = np.concatenate([self.mean, mean[:, None]], axis=1)
         spreads = np.concatenate([self.covariance, covariance[:, None]], axis=1)
         off = place[:, None] - (H @ means[..., None])[..., 0]
         wide = H @ spreads @ H.transpose(0, 1, 3, 2) + error[:, None]
         density = _densities(off, wide)
-        odd = density <= ODD * density[:, 2:]
-        share = self.share * np.maximum(density, ODD * density[:, 2:])
+        odd = density <= ODD * density[:, KINDS:]
+        share = self.share * np.maximum(density, ODD * density[:, KINDS:])
         total = share.sum(axis=1, keepdims=True)
         gain = np.linalg.solve(wide, H @ spreads).transpose(0, 1, 3, 2) * ~odd[..., None, None]
         means += (gain @ off[..., None])[..., 0]
         spreads -= gain @ H @ spreads
-        return Ways(np.where(total > 0, share / np.maximum(total, TINY), self.share), means[:, :2], spreads[:, :2])
+        return Ways(
+            np.where(total > 0, share / np.maximum(total, TINY), self.share), means[:, :KINDS], spreads[:, :KINDS]
+        )
+
+
+def _among_rocks(mean: Array, covariance: Array) -> None:
+    """Make of states ``(n, 4)`` and covariances ``(n, 4, 4)`` those of rocks, one of which is seen at their places."""
+    mean[:, VELOCITY] = 0.0
+    covariance[:, VELOCITY] = covariance[:, :, VELOCITY] = 0.0
+    covariance[:, PLACE, PLACE] += SCATTER_M**2
+    covariance[:, VELOCITY, VELOCITY] = SCATTER_M**2
+    covariance[:, PLACE, VELOCITY] = covariance[:, VELOCITY, PLACE] = -(SCATTER_M**2)
 
 
 def _densities(off: Array, covariance: Array) -> Array:
