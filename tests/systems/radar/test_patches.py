@@ -69,9 +69,7 @@ def others(folder):
     return wrong
 
 
-TAKEN = "58 places of this surf are taken for ground: 4 tracks of no ship are left, 1 where no ground is looked for"
-LESS = pytest.mark.xfail(strict=True, raises=AssertionError, reason=TAKEN)
-CASES = [(shower, 4), (shower, 3), (surf, 3), pytest.param(surf, 4, marks=LESS)]
+CASES = [(shower, 4), (shower, 3), (surf, 3), (surf, 4)]
 
 
 def tracked(folder, capsys, scans, *told):
