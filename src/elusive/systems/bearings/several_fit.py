@@ -18,6 +18,7 @@ from elusive.systems.bearings.powers import manoeuvres_told
 from elusive.systems.bearings.settled import MOST_DEG, settled
 from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several, tracker_of
 from elusive.systems.bearings.speeds import with_speeds
+from elusive.systems.bearings.uneven import with_sensor_times
 from elusive.tracking.track import Step
 
 LEAST_HEARD, MOST_HEARD, LEAST_FALSE = 0.3, 0.99, 0.05
@@ -87,6 +88,7 @@ def _moving(
         share = TURNING if manoeuvres_told(asked, sites, own) else 0.0
         assert isinstance(asked.emitters, SeveralEmitters)
         asked = asked.replace(emitters=asked.emitters.replace(manoeuvre_share=share))
+    asked = asked if precise else with_sensor_times(asked, sites, own)
     return with_persisting(asked, precise, sites, own), steps
 
 
