@@ -71,9 +71,8 @@ def _evidence(rows: Array, farther: Array, sd: tuple[float, float]) -> Array:
     """Log evidence of plots ``(k, 3)`` as they are and of a ship so much ``(n,)`` farther away, ``(1 + n,)``."""
     times_s, far, angle = rows[:, 0], np.hypot(rows[:, 1], rows[:, 2]), np.arctan2(rows[:, 1], rows[:, 2])
     ships = np.meshgrid(np.insert(farther, 0, 0.0), POWERS, [SPEED_MPS], indexing="ij")
-    slower = np.meshgrid(
-        [0.0], POWERS, SLOWER_MPS, indexing="ij"
-    )  # seem farther away: they hardly change their bearing
+    # what hardly moves hardly changes its bearing, and seems farther away
+    slower = np.meshgrid([0.0], POWERS, SLOWER_MPS, indexing="ij")
     away, power, speed = (np.append(its, others) for its, others in zip(ships, slower, strict=True))
 
     def place(k: int) -> Array:
