@@ -10,7 +10,7 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.placed_files import read_nodes
 from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.link_calibration import Calibrate, fade_level
-from elusive.sensors.radio_network import RssFrame, directed_links_of, links_of
+from elusive.sensors.radio_network import RssFrame, directed_links_of, links_of, undirected_of
 from tests import recordings
 
 DATA = recordings.DATA / "rti" / "basement"
@@ -49,11 +49,17 @@ def _by_link(levels, chosen, statistic):
     return [statistic(values[np.isfinite(values)]) for values in levels[:, chosen].T]
 
 
-def test_calibration_warns_of_somebody_inside_and_of_silent_links():
-    levels = quiet()
-    levels[:, :5] += 8 * np.random.default_rng(1).standard_normal((40, 5, CHANNELS))
+def test_calibration_warns_of_somebody_inside_of_noisy_and_of_silent_links():
+    """Who is inside changes both directions of a link, noise each by itself: of noisy radios somebody was suspected."""
+    levels, rng = quiet(), np.random.default_rng(1)
+    levels[:, :5] += 8 * rng.standard_normal((40, 5, CHANNELS))
     (remark,) = Calibrate().over(frames(levels)).remarks
-    assert remark.startswith("Calibration: 25% of the links vary by more than 2 dB, as if somebody were inside")
+    assert remark.startswith("Calibration: 25% of the links vary by more than 2 dB, each direction by itself, as")
+    levels = quiet()
+    somebody = rng.standard_normal((40, 6, CHANNELS)).cumsum(axis=0)
+    levels += np.pad(somebody, ((0, 0), (0, 4), (0, 0)))[:, undirected_of(NODES)]
+    remark, *_ = Calibrate().over(frames(levels)).remarks
+    assert "% of the links vary by more than 2 dB, as if somebody were inside; calibrate" in remark
     levels = quiet()
     levels[:, 7:9] = np.nan
     (remark,) = Calibrate().over(frames(levels)).remarks

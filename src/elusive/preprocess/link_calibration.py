@@ -113,7 +113,8 @@ class Calibrate(Model):
         left_out = frozenset(np.flatnonzero(~alone).tolist())
         busy, wanders = self._busy(variance), wandering(np.where(lies, np.nan, dbm[alone]))
         inside = wanders > (BUSY_WANDERS if busy > self.busy_share else WANDERS)
-        remarks = self._remarks(np.where(lies, 0, count), busy, inside, len(left_out), len(read))
+        noisy = not inside and math.isfinite(wanders)
+        remarks = self._remarks(np.where(lies, 0, count), busy, inside, noisy, len(left_out), len(read))
         return Calibration(read[-1].time_s, mean, variance, remarks, floor, left_out, busy, wanders, inside)
 
     def _busy(self, variance: Array) -> float:
@@ -121,13 +122,18 @@ class Calibrate(Model):
         known = variance[np.isfinite(variance)]
         return float((known > self.busy_sd_db**2).mean()) if known.size else 0.0
 
-    def _remarks(self, count: Array, busy: float, inside: bool, left_out: int, frames: int) -> tuple[str, ...]:
+    def _remarks(
+        self, count: Array, busy: float, inside: bool, noisy: bool, left_out: int, frames: int
+    ) -> tuple[str, ...]:
         remarks = []
         if inside or busy > self.busy_share:
             seen = f"{busy:.0%} of the links vary by more than {self.busy_sd_db:g} dB"
             if busy <= self.busy_share:
                 seen = "both directions of links wander alike"
-            remarks.append(f"Calibration: {seen}, as if somebody were inside; calibrate on frames in which nobody is.")
+            what = ", as if somebody were inside; calibrate on frames in which nobody is."
+            if noisy:
+                what = ", each direction by itself, as those of noisy radios do with nobody inside."
+            remarks.append(f"Calibration: {seen}{what}")
         if left_out:
             remarks.append(
                 f"calibration: somebody seems to have been inside in {left_out} of its {frames} frames; these are left "
