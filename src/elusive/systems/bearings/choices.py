@@ -198,9 +198,11 @@ class SeveralEmitters(Model):
     )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
-    usual_speed: ClassVar[float] = 15.0
+    usual_speed_mps: ClassVar[float] = 15.0
     speed_sd_mps: Positive | None = Field(
-        None, description="Deviation of a new emitter's velocity, on each axis [m/s]; none: found, at least 15"
+        None,
+        description="Deviation of a new emitter's velocity, on each axis [m/s]; none: found, at least "
+        f"{usual_speed_mps:g}",
     )
     mean_life_s: Positive = Field(600.0, description="Mean time that an emitter stays [s]")
     merge_within: NonNegative = _as_in(DetectionRules, "merge_within")

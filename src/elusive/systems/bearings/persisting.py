@@ -58,19 +58,23 @@ def with_persisting(
     return parameters.replace(emitters=emitters.replace(persisting=float(f"{times:.3g}")))
 
 
+def persists(parameters: BearingTracking) -> float:
+    """Return how many times less sure places of several emitters are, as far as that is known."""
+    emitters = parameters.emitters
+    return (emitters.persisting or 1.0) if isinstance(emitters, SeveralEmitters) else 1.0
+
+
 def less_sure(step: Step, parameters: BearingTracking) -> Step:
     """Return a step whose tracks are as unsure as errors that persist leave them."""
-    emitters = parameters.emitters
-    times = emitters.persisting if isinstance(emitters, SeveralEmitters) else None
-    if not times or times == 1.0:
+    times = persists(parameters)
+    if times == 1.0:
         return step
     return step._replace(tracks=tuple(one._replace(covariance=times**2 * one.covariance) for one in step.tracks))
 
 
 def persisting_finding(parameters: BearingTracking) -> Finding:
     """Say that errors persist, where that makes places far less sure."""
-    assert isinstance(parameters.emitters, SeveralEmitters)
-    times = parameters.emitters.persisting or 1.0
+    times = persists(parameters)
     return Finding(
         "bearings.independent", times <= MUCH, 1.0, times,
         f"Errors of bearings persist from one time to the next: places are {times:.2g} times less sure than as many "

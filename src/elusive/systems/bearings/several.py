@@ -21,6 +21,7 @@ from elusive.systems.bearings.live_fit import SeveralFit
 from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import less_sure
+from elusive.systems.bearings.speeds import drawn_speed
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -118,7 +119,7 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
         sensor=sensor,
         kernel_width=1.0,
         redraw_below=0.0,
-        speed_sd_mps=emitters.speed_sd_mps or emitters.usual_speed,
+        speed_sd_mps=drawn_speed(parameters),
         **rules,
     )
 

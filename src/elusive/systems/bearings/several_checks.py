@@ -23,7 +23,7 @@ from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.persisting import persisting_finding
+from elusive.systems.bearings.persisting import persisting_finding, persists
 from elusive.systems.bearings.readings import CONVENTIONS, reread
 from elusive.systems.bearings.settled import LARGER
 from elusive.systems.bearings.several import track_several
@@ -98,7 +98,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
     """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
     sigma, places = math.radians(parameters.deviation_deg), sites.positions_m[:, :2]
-    most = ASTRAY * (parameters.emitters.persisting or 1.0 if isinstance(parameters.emitters, SeveralEmitters) else 1.0)
+    most = ASTRAY * persists(parameters)
     squares = dict[int, list[tuple[float, float, float]]]()  # of each track: time, sum, and what is expected of it
     for step in steps:
         sure = [track for track in step.tracks if track.status == "confirmed"]

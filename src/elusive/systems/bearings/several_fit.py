@@ -16,8 +16,8 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import with_persisting
 from elusive.systems.bearings.powers import manoeuvres_told
 from elusive.systems.bearings.settled import MOST_DEG, settled
-from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several, tracker_of
-from elusive.systems.bearings.speeds import with_speeds
+from elusive.systems.bearings.several import NEAR, USUALLY_HEARD, track_several
+from elusive.systems.bearings.speeds import drawn_speed, with_speeds
 from elusive.systems.bearings.uneven import with_sensor_times
 from elusive.tracking.track import Step
 
@@ -106,8 +106,7 @@ def _alike(one: BearingTracking, other: BearingTracking, sites: SensorSites) -> 
     """Say whether deviations and powers are so near that a tracker follows both alike."""
     powers = [part.plain_motion.q if isinstance(part.plain_motion, Powered) else 1.0 for part in (one, other)]
     alike = abs(math.log((powers[0] or 1.0) / (powers[1] or 1.0))) < math.log(LIKE)
-    speeds = [tracker_of(part, sites).speed_sd_mps for part in (one, other)]
-    alike = alike and abs(math.log(speeds[0] / speeds[1])) < math.log(AS_FAST)
+    alike = alike and abs(math.log(drawn_speed(one) / drawn_speed(other))) < math.log(AS_FAST)
     alike = alike and norths_of(one, sites).alike(norths_of(other, sites), AS_STRAIGHT * other.deviation_deg)
     return alike and abs(math.log(one.deviation_deg / other.deviation_deg)) < math.log(AS_PRECISE)
 

@@ -46,4 +46,12 @@ def with_speeds(
     if not speeds:
         return parameters
     found = float(np.quantile(np.concatenate(speeds), FASTER)) / MEDIAN
-    return parameters.replace(emitters=emitters.replace(speed_sd_mps=max(float(f"{found:.3g}"), emitters.usual_speed)))
+    speed_sd_mps = max(float(f"{found:.3g}"), emitters.usual_speed_mps)
+    return parameters.replace(emitters=emitters.replace(speed_sd_mps=speed_sd_mps))
+
+
+def drawn_speed(parameters: BearingTracking) -> float:
+    """Return the deviation of a new emitter's velocity, on each axis, as far as it is known [m/s]."""
+    emitters = parameters.emitters
+    assert isinstance(emitters, SeveralEmitters)
+    return emitters.speed_sd_mps or emitters.usual_speed_mps
