@@ -23,6 +23,7 @@ MEDIAN = 0.4549  # of a squared standard normal
 EFFICIENCY = 0.37 / 2  # of that median, for a variance; second differences share places with those beside them
 LEAST = 40  # second differences from which a power is told
 CLEAR = 2.0  # deviations that it must lie above what is usual, and times the places' own variance in the differences
+ALONE, FARTHER = 0.35, 4.0  # of the distance between points, within which one is looked for; of what is told, at most
 FRAMES = 100  # that are looked at before tracking
 
 
@@ -41,7 +42,7 @@ class Turning:
     Parameters
     ----------
     reach_px
-        Farthest that a point goes from frame to frame.
+        Farthest that a point is told to go from frame to frame; where points lie far apart, farther is looked.
     """
 
     def __init__(self, reach_px: float) -> None:
@@ -72,6 +73,10 @@ class Turning:
 
 def _second_differences(before: Placed, now: Placed, after: Placed, reach_px: float) -> Array:
     """Square second differences of points that have one neighbour each way, ``(2 k, 2)``, beside their variance."""
+    apart = np.hypot(*(now.places_px[:, None] - now.places_px[None]).transpose(2, 0, 1))
+    np.fill_diagonal(apart, math.inf)
+    nearest = float(np.median(apart.min(axis=1))) if len(apart) else math.inf
+    reach_px = min(max(reach_px, ALONE * nearest), FARTHER * reach_px)
     first, last = _only(now.places_px, before.places_px, reach_px), _only(now.places_px, after.places_px, reach_px)
     both = (first >= 0) & (last >= 0)
     i, k = first[both], last[both]
