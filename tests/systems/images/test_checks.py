@@ -16,6 +16,7 @@ from elusive.sensors import ImageSensor
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.frame_facts import FrameFacts
 from elusive.systems.images.look import look
+from elusive.systems.images.movers import Movers
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.recorded_checks import again_finding, recorded_findings
 from elusive.systems.images.run import track_recording
@@ -320,8 +321,8 @@ def test_marks_on_the_sensor_before_a_scene_that_goes_by_are_named(marks):
 
 def test_whitened_pixels_are_compared_with_a_gaussian():
     gaussian = {0.159: -1.0, 0.5: 0.0, 0.841: 1.0, 0.999: 3.3}
-    assert all(one.holds for one in recorded_findings(SceneFacts(), gaussian, by_peaks=False)[-2:])
-    wide, tail = recorded_findings(SceneFacts(), gaussian | {0.841: 1.6, 0.999: 53.0}, by_peaks=False)[-2:]
+    assert all(one.holds for one in recorded_findings(SceneFacts(), gaussian)[-2:])
+    wide, tail = recorded_findings(SceneFacts(), gaussian | {0.841: 1.6, 0.999: 53.0})[-2:]
     assert (wide.name, tail.name) == ("noise.whitened", "noise.whitened-tail")
     assert not wide.holds
     assert not tail.holds
@@ -338,7 +339,7 @@ def test_the_brightest_of_many_lamps_does_not_stand_alone(heights, alone):
     for _ in range(30):
         scene.add(100 + lamps + rng.normal(0, 3, lamps.shape))
     assert scene.resting.height > 2 * scene.resting.next_heights[0]
-    (found,) = (one for one in recorded_findings(scene, {}, by_peaks=True) if one.name == "scene.rests")
+    (found,) = (one for one in recorded_findings(scene, {}, Movers().standing()) if one.name == "scene.rests")
     assert found.holds != alone
 
 

@@ -100,13 +100,12 @@ class FrameChecks:
         if isinstance(self._sensor, ImageSensor):
             found += white_findings(self._sensor, self.parameters, self.noise)
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
-                found += self._left.findings(grave=isinstance(self.parameters.filter, SeveralImages))
+                found.append(self._left.finding(grave=isinstance(self.parameters.filter, SeveralImages)))
         else:
             if self._peaks and self._whitened:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))
-            found += recorded_findings(self.scene, whitened, by_peaks=self._peaks)
+            found += recorded_findings(self.scene, whitened, self._movers.standing() if self._peaks else None)
             if self._peaks:
-                found = [self._movers.standing() if one.name == "scene.rests" and one.holds else one for one in found]
                 found += [again_finding(*self._again), *self._movers.findings(), self._writing.finding()]
                 found.append(self._swift.finding())
         return tuple(found)

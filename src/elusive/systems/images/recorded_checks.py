@@ -11,18 +11,19 @@ from scipy.special import ndtri
 from elusive.checks import Fact, Finding
 from elusive.systems.images.scene_facts import RestingPoint, SceneFacts
 from elusive.tracking.peak_alone import chance_of
-from elusive.tracking.peaks import SceneTracker
 
 FEW = 20  # frames from which a scene and its noise are hardly learnt
 USUAL = 0.8  # likeness of a scene to itself, laid over the frame before
 STANDS, ALONE = 8.0, 2.0  # deviations of a point that stands out; times the next one's
-BY_CHANCE = SceneTracker().alone_chance  # as what is shown is told
+BY_CHANCE = 0.01  # probability that chance lifts it so far: it is looked at, and not shown for that
 MIDDLE, TAIL = 0.35, 2.0  # deviations by which a whitened decile may be off; factor on one in a thousand
 AGAIN, CHANCE = 0.75, 2.0  # share of sure tracks there again at least; deviations by which chance may be off
 LEARNT_BY = "Give more frames; or, if their noise is white and known, --noise-sigma."
 
 
-def recorded_findings(scene: SceneFacts, whitened: Mapping[float, float], *, by_peaks: bool) -> list[Finding]:
+def recorded_findings(
+    scene: SceneFacts, whitened: Mapping[float, float], standing: Finding | None = None
+) -> list[Finding]:
     """Return what recorded frames say.
 
     Parameters
@@ -31,14 +32,15 @@ def recorded_findings(scene: SceneFacts, whitened: Mapping[float, float], *, by_
         What was gathered of them.
     whitened
         Mean quantiles of their whitened pixels, by probability.
-    by_peaks
-        Whether they are followed by their peaks: which begins anew at a cut, follows what rests, and takes noise far
-        out as it is.
+    standing
+        Where they are followed by their peaks, what is shown though it rests: said where no point is found to rest.
+        Following peaks begins anew at a cut, follows what rests, and takes noise far out as it is.
     """
+    by_peaks, resting = standing is not None, _resting(scene)
     found = [
         _length(scene.count),
         _cut(scene, grave=not by_peaks),
-        _resting(scene),
+        standing if standing is not None and resting.holds else resting,
         _middle(whitened, by_peaks=by_peaks),
     ]
     return found if by_peaks else [*found, _tail(whitened)]
