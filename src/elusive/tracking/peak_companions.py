@@ -1,4 +1,4 @@
-"""What is not shown though it moves: layers of clouds, streams, and what belongs to something else that is shown.
+"""What is not shown though it moves: layers of clouds, and what belongs to something else that is shown.
 
 No source; an own test. Beside a strong object lie its parts, what the camera makes ring, and what trails it in
 compressed video; what rings is of the other polarity, and has a place of its own in each frame.
@@ -7,14 +7,11 @@ compressed video; what rings is of the other polarity, and has a place of its ow
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from elusive.contracts import Array
 from elusive.tracking.peak_targets import PeakTargets
-from elusive.tracking.peak_warp import Warp
 
 COMPANION = 4.0  # scales within which what moves alike is a part of the same object, or its shadow
 FAINT = 0.6  # what is fainter by this share is a companion farther off, too: it rings, or trails
@@ -23,35 +20,6 @@ ALIKE = (0.5, 0.3)  # velocities that differ by less than this [px / frame], and
 LAYER, LAYER_STRENGTH = 3, 0.5  # others, as strong by this share, that make a layer
 LAYER_PX, LAYER_SPEED = 5.0, 0.2  # way that they have gone, and frames' [px]: what is slower may go alike by chance
 LAYER_ALIKE = (0.05, 0.2)  # velocities that differ by less than this [px / frame], and this share, are of a layer
-LATELY, PASSED = 100, 4000  # frames within which something passed, and how many places of such are remembered
-
-
-class Passed(NamedTuple):
-    """Where what moves has been, frame by frame, the latest last."""
-
-    number: NDArray[np.int64]  # (p,) of the target
-    frame: Array  # (p,)
-    place: Array  # (p, 2) in the scene
-    velocity: Array  # (p, 2)
-    strength: Array  # (p,)
-
-    @classmethod
-    def none(cls) -> Passed:
-        """Return that nothing has passed."""
-        return cls(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0))
-
-    def carried(self, warp: Warp) -> Passed:
-        """Return it where the scene is deformed."""
-        return self._replace(place=self.place + warp.way(self.place)) if warp.deforms else self
-
-    def after(self, frame: float, targets: PeakTargets, moving: NDArray[np.bool_]) -> Passed:
-        """Return it with what moves in a frame."""
-        latest = (
-            targets.number[moving], np.full(np.count_nonzero(moving), frame), targets.mean_place[moving],
-            targets.mean_velocity[moving], targets.strength[moving],
-        )  # fmt: skip
-        old = max(int(np.searchsorted(self.frame, frame - LATELY)), len(self.frame) - PASSED)
-        return Passed(*(np.concatenate([before[old:], now]) for before, now in zip(self, latest, strict=True)))
 
 
 def leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray[np.bool_], apart_px: float) -> None:
@@ -79,23 +47,6 @@ def leave_layers(targets: PeakTargets, shown: NDArray[np.bool_], moving: NDArray
             middle = np.hypot(*(place[seen] - place[near].mean(axis=0)).T)
             first = seen[np.lexsort((middle, ~targets.shown[seen]))[0]]
             shown[seen[seen != first]] = False
-
-
-def leave_streams(
-    targets: PeakTargets, shown: NDArray[np.bool_], passed: Passed, frame: float, apart_px: float
-) -> None:
-    """Show nothing that goes where several others, as strong, have gone lately as it does: smoke, a stream, rain.
-
-    By now they would be twice as far ahead as ``apart_px``: what is nearer may be of the same machine.
-    """
-    place, velocity = targets.mean_place, targets.mean_velocity
-    for k in np.flatnonzero(shown).tolist():
-        speed = math.hypot(*velocity[k])
-        before = (passed.strength > LAYER_STRENGTH * targets.strength[k]) & (passed.number != targets.number[k])
-        before &= (frame - passed.frame) * speed > 2 * apart_px
-        before &= np.hypot(*(passed.place - place[k]).T) < apart_px
-        before &= np.hypot(*(passed.velocity - velocity[k]).T) < LAYER_ALIKE[0] + LAYER_ALIKE[1] * speed
-        shown[k] = len(np.unique(passed.number[before])) < LAYER
 
 
 def leave_companions(targets: PeakTargets, shown: NDArray[np.bool_]) -> None:

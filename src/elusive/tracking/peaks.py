@@ -18,9 +18,10 @@ from elusive.tracking.lifecycle import Life, Lifecycle
 from elusive.tracking.peak_alone import chance_of, strongest
 from elusive.tracking.peak_bodies import bodied, leave_parts, to_middle
 from elusive.tracking.peak_boxes import leave_boxes
-from elusive.tracking.peak_companions import LAYER_PX, Passed, leave_companions, leave_layers, leave_streams
+from elusive.tracking.peak_companions import LAYER_PX, leave_companions, leave_layers
 from elusive.tracking.peak_jumps import rejoined
 from elusive.tracking.peak_marks import marked
+from elusive.tracking.peak_nearer import LATEST, targets_share
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
 from elusive.tracking.peak_recursion import NEWS, PeakRecursion
@@ -50,8 +51,8 @@ class PeakBelief(NamedTuple):
     reliability: Reliability  # what became of tracks of an existence
     warp: Warp  # how the scene was deformed since the frame before
     seen: Warp  # how it was by grey levels alone
+    going_px: Array  # (2,) x, y: the scene's way in a frame of late
     old_share: float  # of the frames, lately, that shows the scene as it was
-    passed: Passed  # where what moves has been
     boxed: Array  # (b, 2) x, y in the frame of what is shown in the middle of four corners that move
     tracks: tuple[Track, ...]
 
@@ -74,7 +75,7 @@ class SceneTracker(PeakRecursion):
         1.7, description="Shown is, too, the strongest track where it is this many times as strong as the next"
     )
     alone_chance: Probability = Field(
-        0.01,
+        0.001,
         description="... and chance lifts the strongest of a kind so far over the next with a probability below this",
     )
 
@@ -85,7 +86,7 @@ class SceneTracker(PeakRecursion):
         known, still = self.persistence.begin(), Warp.none()
         nothing = np.zeros((0, 2))
         return PeakBelief(
-            time_s, none, (), {}, 0, 0, nothing, known, still, still, 0.0, Passed.none(), nothing, ()
+            time_s, none, (), {}, 0, 0, nothing, known, still, still, np.zeros(2), 0.0, nothing, ()
         )  # fmt: skip
 
     def follow(
@@ -115,13 +116,11 @@ class SceneTracker(PeakRecursion):
         """
         passed = interval_since(belief.time_s, time_s) / interval_s
         if peaks is not None and peaks.cut and peaks.number:
-            belief = belief._replace(
-                targets=self.begin().targets, unclaimed=(), lives={}, passed=Passed.none(), tracks=()
-            )
+            belief = belief._replace(targets=self.begin().targets, unclaimed=(), lives={}, tracks=())
         if peaks is not None and peaks.anew:
             every = np.ones(len(belief.targets.number), np.bool_)
             known = belief.targets.anew(every, peaks.offset_px - peaks.step_px)
-            belief = belief._replace(targets=known, unclaimed=(), ended=self.begin().ended, passed=Passed.none())
+            belief = belief._replace(targets=known, unclaimed=(), ended=self.begin().ended)
         targets = self.predicted(belief.targets, passed)
         if peaks is None:
             return belief._replace(time_s=time_s, targets=targets, unclaimed=())
@@ -147,8 +146,8 @@ class SceneTracker(PeakRecursion):
         belief = belief._replace(
             time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
-            warp=warp, seen=seen, old_share=belief.old_share + NEWS * (peaks.old_share - belief.old_share),
-            passed=belief.passed.carried(warp),
+            warp=warp, seen=seen, going_px=belief.going_px + LATEST * (peaks.step_px - belief.going_px),
+            old_share=belief.old_share + NEWS * (peaks.old_share - belief.old_share),
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 
@@ -166,7 +165,7 @@ class SceneTracker(PeakRecursion):
         lives, numbered = dict[int, Life](), belief.numbered
         lived, sure, some = list[Life](), list[int](), list[int]()
         others = np.concatenate([belief.ended, reached[(targets.age >= OLD) & ~targets.mark]])
-        moves = self.null.moves(*reached.T, *others.T)
+        moves = self.null.moves(*reached.T, *others.T) * targets_share(targets, belief.going_px)
         existence = targets.existence
         begins = (existence >= self.lifecycle.candidate_from).tolist()
         known, new, step = belief.lives, Life(), self.lifecycle.step
@@ -197,9 +196,7 @@ class SceneTracker(PeakRecursion):
         shown &= seen & (enough | self._alone(targets, shown))
         held = targets.shown & confirmed & ~seen
         gone = confirmed & (targets.farthest > LAYER_PX)
-        apart_px, now = self.nearby * math.sqrt(math.prod(shape)), belief.time_s / interval_s
-        leave_layers(targets, shown, gone, apart_px)
-        leave_streams(targets, shown, belief.passed, now, apart_px)
+        leave_layers(targets, shown, gone, self.nearby * math.sqrt(math.prod(shape)))
         if image is not None:
             looked_at = shown | (confirmed & (moves > self.show_until))
             targets = bodied(targets, looked_at, image, peaks.offset_px)
@@ -209,6 +206,8 @@ class SceneTracker(PeakRecursion):
             leave_parts(targets, shown)
         leave_companions(targets, shown)
         boxed = leave_boxes(targets, shown, gone)
+        # what is shown for its motion is a target only if it moves: a part of the scene is there again, too
+        told = np.where(shown & enough, told * moves, told)
         mean, covariance = targets.moments()
         middle = np.where(boxed.way.any(axis=1, keepdims=True), boxed.way, to_middle(targets))
         mean[:, 0::2] += peaks.offset_px + np.where(shown[:, None], middle, 0.0)
@@ -227,7 +226,7 @@ class SceneTracker(PeakRecursion):
             found.append(Track(track, status, exists, centre, spread, math.nan, named))
         return belief._replace(
             targets=targets._replace(shown=shown | held), lives=lives, numbered=numbered, reliability=reliability,
-            passed=belief.passed.after(now, targets, gone), boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
+            boxed=mean[boxed.shows][:, 0::2], tracks=tuple(found),
         )  # fmt: skip
 
     def _reached(self, targets: PeakTargets) -> Array:
