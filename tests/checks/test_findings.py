@@ -29,6 +29,19 @@ def test_what_holds_is_kept_and_silent(tmp_path, capsys):
     assert findings_html([FINE]) == ""
 
 
+@pytest.mark.parametrize(
+    ("expected", "seen", "said"),
+    [
+        (1.0, 1.1, "1.1 was seen where 1 is expected: it holds."),
+        (math.nan, 0.25, "0.25 was seen: it holds."),
+        (0.0, math.nan, "Nothing was seen that speaks against it."),
+        (math.nan, math.nan, "Nothing was seen that speaks against it."),
+    ],
+)
+def test_what_holds_says_its_numbers_where_there_are_any(expected, seen, said):
+    assert Fact(expected, seen, True, 100).finding("frames.octets", "never said", "nor this").sentence == said
+
+
 def test_grave_findings_come_first():
     assert broken([FINE, REMARK, GRAVE]) == (GRAVE, REMARK)
     assert grave([REMARK, GRAVE])

@@ -78,6 +78,14 @@ def test_the_covariance_is_judged_by_the_pairs():
     assert dict(found.lines())["NEES"].startswith(f"{found.nees:.2f}, 2 if the deviations are right")
 
 
+def test_a_place_told_without_any_deviation_is_not_judged():
+    truth = np.full((3, 1, 2), 0.5)
+    log = TrackLog(("x", "vx", "y", "vy"), "m")
+    for k, covariance in enumerate((np.eye(4), np.zeros((4, 4)), np.ones((4, 4)) + 1e-18 * np.eye(4))):
+        log.append(Step(float(k), None, None, (Track(1, "confirmed", 0.9, np.zeros(4), covariance),)))
+    assert score(log, truth, 2.0).nees == pytest.approx(0.5)
+
+
 def test_confirmed_tracks_and_candidates_are_written(tmp_path):
     log, truth = made(60)
     found = scored(log, truth, 2.0)

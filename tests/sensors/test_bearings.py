@@ -74,6 +74,18 @@ def test_averaging_is_circular_and_divides_the_variance():
     assert table.places.tolist() == [list(place) for place in PLACES]
 
 
+def test_a_stray_among_samples_is_none_of_their_mean():
+    sensors, rng = FLAT.replace(samples=5, sigma_deg=1.0), np.random.default_rng(6)
+    sets = sensors.simulate(np.repeat(STATE[:, :4], 40, axis=0), np.arange(40.0), rng)
+    far = [rng.uniform(1, 5) * (np.arange(len(one.sensor)) == 2) for one in sets]
+    strays = [one._replace(azimuth_rad=one.azimuth_rad + off) for one, off in zip(sets, far, strict=True)]
+    table = tabulated(strays, sensors)
+    kept = [one.azimuth_rad[[0, 1, 3, 4]] for one in sets]
+    np.testing.assert_allclose(table.azimuth_rad[::3], [circmean(one, high=np.pi, low=-np.pi) for one in kept])
+    np.testing.assert_allclose(np.deg2rad(1.0) ** 2 / table.variance, np.tile([4, 5, 5], 40))
+    assert (np.array([sensors.averaged(one)[3][0] for one in strays]) >= np.deg2rad(1.0) ** 2 / 4).all()
+
+
 def test_a_sample_without_elevation_leaves_the_others_mean():
     measurement = BearingSet(0.0, np.array([1, 1]), np.array([0.1, 0.3]), np.array([0.2, np.nan]))
     _, azimuth, elevation, _ = SOLID.averaged(measurement)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -51,8 +52,15 @@ class Fact(NamedTuple):
             Whether the numbers of the run are not to be believed then.
         """
         if self.holds:
-            sentence, remedy = f"{self.seen:.3g} was seen where {self.expected:.3g} is expected: it holds.", ""
+            sentence, remedy = self._held(), ""
         return Finding(name, self.holds, self.expected, self.seen, sentence, remedy, grave)
+
+    def _held(self) -> str:
+        """Return what is said where it holds; there may be no number to say."""
+        if math.isnan(self.seen):
+            return "Nothing was seen that speaks against it."
+        expected = "" if math.isnan(self.expected) else f" where {self.expected:.3g} is expected"
+        return f"{self.seen:.3g} was seen{expected}: it holds."
 
 
 def broken(findings: Iterable[Finding]) -> tuple[Finding, ...]:

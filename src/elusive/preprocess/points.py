@@ -6,6 +6,8 @@ and amplitude (van Trees (1968), section 4.4), that of all points together.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -32,6 +34,13 @@ class Points(NamedTuple):
     level: float  # least response [deviations]
 
 
+class Placed(NamedTuple):
+    """Where k points of a frame are."""
+
+    places_px: Array  # (k, 2) x, y, between pixels
+    deviation_px: Array  # (k,) of each along an axis, at best (Cramer-Rao)
+
+
 class PointFinder:
     """Finds peaks of the matched filter that noise alone would hardly show, frame by frame.
 
@@ -46,8 +55,8 @@ class PointFinder:
         self._found: list[tuple[float, int, bool, Array]] = []  # height, frame, whether bright, patch
         self._count = 0
 
-    def add(self, frame: Array) -> list[tuple[float, float]]:
-        """Take a frame of white noise of deviation one about zero, NaN where masked; give its points' x, y."""
+    def add(self, frame: Array) -> Placed:
+        """Take a frame of white noise of deviation one about zero, NaN where masked; give its points."""
         known = np.nan_to_num(frame)
         responses = np.stack([ndimage.gaussian_filter(known, s, mode="constant") / _energy(s) for s in COARSE_PX])
         highest = np.abs(responses).max(axis=0)
@@ -62,7 +71,7 @@ class PointFinder:
         if len(self._found) > 2 * MOST:
             self._found = sorted(self._found, key=lambda one: -one[0])[:MOST]
         self._count += 1
-        return [(float(column), float(row)) for row, column in peaks.tolist()]
+        return placed(responses, peaks, COARSE_PX)
 
     @property
     def points(self) -> Points:
@@ -74,6 +83,32 @@ class PointFinder:
             np.array([one[2] for one in self._found], np.bool_),
             self.level,
         )
+
+
+def placed(responses: Array, peaks: NDArray[np.int64], widths_px: Sequence[float]) -> Placed:
+    """Place peaks between pixels, by parabolas of the strongest response.
+
+    Parameters
+    ----------
+    responses
+        ``(widths, rows, columns)`` of matched filters [deviations].
+    peaks
+        ``(k, 2)`` row, column.
+    widths_px
+        Of the filters.
+    """
+    row, column = peaks.T
+    heights = np.abs(responses[:, row, column])
+    best = heights.argmax(axis=0) if len(peaks) else np.zeros(0, np.int64)
+    most = heights.max(axis=0, initial=0.0)
+    padded = np.abs(np.pad(responses, ((0, 0), (1, 1), (1, 1)), mode="edge"))
+    places = np.empty((len(peaks), 2))
+    for axis, (down, along) in enumerate(((0, 1), (1, 0))):
+        before = padded[best, row + 1 - down, column + 1 - along]
+        after = padded[best, row + 1 + down, column + 1 + along]
+        bend = np.maximum(2 * most - before - after, 1e-9 * most)
+        places[:, axis] = (column, row)[axis] + np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
+    return Placed(places, math.sqrt(2) * np.array(widths_px)[best] / np.maximum(most, 1e-9))
 
 
 def responses_of(points: Points) -> Array:

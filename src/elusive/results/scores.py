@@ -260,7 +260,8 @@ def _squared_deviations(mot: ClearMot, truth: Array, rows: Records, first: int, 
     covariance = pair["covariance"][:, :axes, :axes]
     found = np.full(len(frame), np.nan)
     known = np.isfinite(covariance).all(axis=(1, 2))
-    known[known] = np.linalg.eigvalsh(covariance[known])[:, 0] > 0
+    powers = np.linalg.eigvalsh(covariance[known])
+    known[known] = powers[:, 0] > np.finfo(np.float64).eps * powers[:, -1]
     found[known] = squared_deviations(off[known], covariance[known])
     return found
 

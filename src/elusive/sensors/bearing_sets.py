@@ -1,6 +1,7 @@
 """Bearings of one time, several samples of a sensor averaged, and where the sensors that took them stand.
 
-Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Directional statistics, section 2.2.
+Circular mean of N samples, of variance sigma^2 / N: Mardia and Jupp (2000), Directional statistics, section 2.2; a
+stray is none of them (Huber and Ronchetti, 2009, Robust statistics, section 1.4: rejection by the median deviation).
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 
+FAR = 10.0  # median deviations of samples, by chance 2e-11
 Number = TypeVar("Number", np.float64, np.intp)
 
 
@@ -78,17 +80,46 @@ def checked(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array,
 def averaged(measurement: object, sensors: int) -> tuple[NDArray[np.intp], Array, Array, NDArray[np.intp]]:
     """Sensors, mean azimuths and elevations of a time, each sensor once, and how many samples it took.
 
+    Samples that lie far from most of their sensor's are left out.
+
     Raises
     ------
     DataError
         As :func:`checked`.
     """
-    sensor, azimuth, elevation = checked(measurement, sensors)
-    if len(set(sensor.tolist())) == len(sensor):
-        return sensor, azimuth, elevation, np.ones(len(sensor), np.intp)
-    found, place, count = np.unique(sensor, return_inverse=True, return_counts=True)
-    mean = [_circular_mean(part, place, len(found)) for part in (azimuth, elevation)]
+    return means_of(*checked(measurement, sensors))
+
+
+def means_of(
+    group: NDArray[np.intp], azimuth: Array, elevation: Array
+) -> tuple[NDArray[np.intp], Array, Array, NDArray[np.intp]]:
+    """Return groups of samples, each once, their mean azimuths and elevations, and how many samples these are of."""
+    if len(set(group.tolist())) == len(group):
+        return group, azimuth, elevation, np.ones(len(group), np.intp)
+    kept = ~_strays(group, azimuth)
+    found, place, count = np.unique(group[kept], return_inverse=True, return_counts=True)
+    mean = [_circular_mean(part[kept], place, len(found)) for part in (azimuth, elevation)]
     return found, mean[0], mean[1], count
+
+
+def _strays(group: NDArray[np.intp], azimuth: Array) -> NDArray[np.bool_]:
+    """Say which samples lie far from the median of their group, of three and more.
+
+    By the median deviation of a group's samples or of most groups', whichever is larger: few are close by chance.
+    """
+    _, place, count = np.unique(group, return_inverse=True, return_counts=True)
+    turned = np.exp(1j * azimuth)
+    mean = np.bincount(place, turned.real) + 1j * np.bincount(place, turned.imag)
+    about = np.angle(turned * mean[place].conj())
+    apart = np.abs(about - _medians(about, place, count)[place])
+    half = _medians(apart, place, count)
+    shared = np.median(half[count > 2]) if (count > 2).any() else np.inf
+    return np.asarray((count[place] > 2) & (apart > FAR * np.maximum(half, shared)[place]))
+
+
+def _medians(values: Array, place: NDArray[np.intp], count: NDArray[np.intp]) -> Array:
+    """Median of the values of each place."""
+    return np.asarray(values[np.lexsort((values, place))][np.cumsum(count) - count + count // 2])
 
 
 def _circular_mean(angle: Array, place: NDArray[np.intp], n: int) -> Array:

@@ -13,7 +13,7 @@ from pydantic import Field
 from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors
-from elusive.sensors.bearing_sets import BearingSet
+from elusive.sensors.bearing_sets import BearingSet, means_of
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.hybrid import HybridSensors, HybridSet
 
@@ -105,16 +105,18 @@ class Rows(NamedTuple):
 
 
 def _of_all(sets: Sequence[PlaceSet], sensors: PlaceSensor) -> tuple[list[int], Rows]:
-    """Return how many rows each time has, and these: at once where there is nothing to average, and all is sound."""
+    """Return how many rows each time has, and these: at once where all is sound and no sensor moves."""
     if isinstance(sensors, BearingSensors) and all(map(_plain, sets)):
         sensor, azimuth, elevation = (np.concatenate([one[k] for one in sets]) for k in (1, 2, 3))
         counts, n = [len(one[1]) for one in sets], len(sensors.positions_m)
         within = len(sensor) == 0 or 0 <= sensor.min() <= sensor.max() < n
-        alone = len(np.unique(np.repeat(np.arange(len(sets)), counts) * n + sensor)) == len(sensor)
-        if within and alone and np.isfinite(azimuth).all() and not np.isinf(elevation).any():
+        if within and np.isfinite(azimuth).all() and not np.isinf(elevation).any():
+            time = np.repeat(np.arange(len(sets)), counts)
+            group, azimuth, elevation, samples = means_of(time * n + sensor, azimuth, elevation)
+            counts, sensor = np.bincount(group // n, minlength=len(sets)).tolist(), group % n
             unknown, none = np.full(len(sensor), np.nan), np.zeros((len(sensor), n))
             elevation = unknown if sensors.dimensions == 2 else elevation
-            variance = sensors.sigmas_rad[sensor] ** 2
+            variance = sensors.sigmas_rad[sensor] ** 2 / samples
             return counts, Rows(sensor, sensors.places[sensor], azimuth, elevation, variance, unknown, none)
     parts = [_rows(one, sensors) for one in sets]
     return [len(part.sensor) for part in parts], _stacked(parts)

@@ -77,6 +77,9 @@ def jointly(found: Sequence[Sought], update: Update) -> list[Sought]:
                 log_draw -= pairs[pair]
             level = ratios[k][:, None] - sum(both(found[k].expected, drawn[j]) for j in others)
             weighed[k] = _weighed(found[k], level, log_draw, sensor)
+            if weighed[k].destitute and not found[k].destitute:
+                # hardly one of the draws is likely: what is known of the target by itself says more
+                weighed[k] = found[k]
     return weighed
 
 

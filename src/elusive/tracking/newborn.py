@@ -24,7 +24,7 @@ from elusive.filters.particle.resampling import Indices, resample
 from elusive.tracking.birth_density import BirthComponent, BirthProposal, CellBirths
 from elusive.tracking.by_place import PlaceSensor
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.sought import SUREST, Sought
+from elusive.tracking.sought import SUREST, Sought, settled
 
 Worth = Callable[[float], bool]
 UNIFORM_SHARE = 0.1  # of newborn particles drawn anywhere
@@ -197,10 +197,10 @@ class Newborn(NamedTuple):
         after = self.seeker.seek(component, Left(self.measurement, others, taken), worth, self.rng)
         if after is None or after.log_evidence < least:
             return None
-        settled = self._settled(probability, after, others)
-        if settled is None:
+        found = self._settled(probability, after, others)
+        if found is None:
             return None
-        return settled._replace(again=lambda now: self.of_component(component, probability, now, taken))
+        return found._replace(again=lambda now: self.of_component(component, probability, now, taken))
 
     def of_proposal(self, proposal: BirthProposal, probability: float, others: Sequence[Any]) -> Sought | None:
         """Weigh a target that a birth proposes, one that appears with a probability."""
@@ -220,21 +220,14 @@ class Newborn(NamedTuple):
                 self.rng,
                 log_weight=log_weight,
             )
-            settled = self._settled(probability, after, others)
-            return None if settled is None else settled._replace(unseen=proposal.unseen)
+            found = self._settled(probability, after, others)
+            return None if found is None else found._replace(unseen=proposal.unseen)
         effect = self.sensor.effect(expected, weights, existence)
         target = Sought(Life(), probability, existence, states, log_prior, weights, expected, effect, log_ratio)
         return target._replace(unseen=proposal.unseen)
 
     def _settled(self, probability: float, after: Annealed, others: Sequence[Any]) -> Sought | None:
         """Lay out a target whose particles are of equal weight; None if it hardly exists."""
-        existence, n = min(posterior(probability, after.log_evidence), SUREST), len(after.states)
-        if existence < self.forget_below:
+        if min(posterior(probability, after.log_evidence), SUREST) < self.forget_below:
             return None
-        even = np.full(n, 1.0 / n)
-        expected = self.sensor.expected(after.states)
-        log_ratio = self.sensor.log_ratio(expected, self.measurement, others)
-        effect = self.sensor.effect(expected, even, existence)
-        # drawn from the posterior: prior over proposal is evidence over likelihood
-        log_prior = after.log_evidence - log_ratio - math.log(n)
-        return Sought(Life(), probability, existence, after.states, log_prior, even, expected, effect, log_ratio)
+        return settled(Life(), probability, after, self.sensor, self.measurement, others)

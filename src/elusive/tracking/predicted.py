@@ -1,26 +1,30 @@
 """The prediction of a target: where its motion may have taken it, and where what is known lets it be.
 
 Plain, by place (:mod:`elusive.tracking.by_place`), or with the measurement in view
-(:mod:`elusive.filters.particle.informed`), of which a few plain predictions, the pilot, tell.
+(:mod:`elusive.filters.particle.informed`), of which a few plain predictions, the pilot, tell; in stages
+(:mod:`elusive.filters.particle.annealed`) where they do not.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.random import Generator
+from scipy.linalg import solve_triangular
 
-from elusive.contracts import AdditiveSensor, Motion, X, Y
+from elusive.contracts import AdditiveSensor, Array, Motion, X, Y
 from elusive.filters.particle import _kernels
+from elusive.filters.particle.annealed import anneal
 from elusive.filters.particle.informed import Cloud, draw_informed, fit_likelihood
-from elusive.filters.particle.parts import Known, posterior
-from elusive.filters.particle.resampling import resample
+from elusive.filters.particle.parts import Known, allowed_by, posterior
+from elusive.filters.particle.resampling import Indices, resample
+from elusive.motion import transition
 from elusive.tracking.by_place import ByPlace, Placed
 from elusive.tracking.lifecycle import Life
-from elusive.tracking.sought import Sought
+from elusive.tracking.sought import Sought, Update, settled
 from elusive.tracking.superposed_state import Target
 
 
@@ -63,6 +67,35 @@ class Predictor(NamedTuple):
         sought = self._allowed(target.life, prior, cloud)
         expected = self.sensor.expected(cloud.states)
         return sought._replace(existence=pilot.existence, expected=expected, effect=pilot.effect)
+
+    def annealed(
+        self, target: Target, prior: float, update: Update, others: Sequence[Any], interval_s: float
+    ) -> Sought | None:
+        """Bring a target's plain predictions to their posterior in stages, where its motion has noise in all axes.
+
+        A measurement that tells its place far better than the prediction does may leave no informed draw near it.
+        """
+        linear = transition(self.motion, interval_s)
+        if linear is None or not np.all(np.diagonal(linear[1]) > 0):
+            return None
+        (F, Q), n, rng = linear, self.particles, update.rng
+        before = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
+        even = np.full(n, -math.log(n))
+        plain = self._allowed(target.life, prior, Cloud(self.motion.propagate(before, interval_s, rng), even))
+        towards, root, members = before @ F.T, np.linalg.cholesky(Q), (*self.known.maps, *self.known.views)
+
+        def log_prior(states: Array, origin: Indices) -> Array:
+            off = solve_triangular(root, (states - towards[origin]).T, lower=True, check_finite=False)
+            level: Array = -0.5 * np.einsum("dn,dn->n", off, off)
+            return level + allowed_by(members, states) if members else level
+
+        def log_likelihood(states: Array) -> Array:
+            return self.sensor.log_ratio(self.sensor.expected(states), update.measurement, others)
+
+        after = anneal(plain.particles, log_prior, log_likelihood, rng, log_weight=plain.log_prior - even)
+        if after.log_evidence == -math.inf:
+            return None
+        return settled(target.life, plain.prior, after, self.sensor, update.measurement, others)
 
     def _count(self, target: Target, usual: int) -> int:
         if len(target.particles) > self.particles:  # newborn, of many velocities

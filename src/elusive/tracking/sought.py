@@ -6,6 +6,7 @@ again while the others change: whether they have is asked of a few particles.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
@@ -14,6 +15,7 @@ from numpy.random import Generator
 
 from elusive.contracts import AdditiveSensor, Array, X, Y
 from elusive.filters.particle import _kernels
+from elusive.filters.particle.annealed import Annealed
 from elusive.filters.particle.parts import posterior
 from elusive.tracking.by_place import ByPlace, Placed
 from elusive.tracking.lifecycle import Life
@@ -22,6 +24,7 @@ SUREST = 1 - 1e-9  # existence, at most: a target may always have just gone
 PROBES = 16  # particles that tell whether a target's update still holds when the others have changed
 SETTLED = 0.3  # change of their log likelihoods up to which it does
 POOR = 0.3  # share of the particles that are effective, under which a target is drawn again
+FEWEST = 20  # effective particles, under which a target is brought to its posterior in stages
 LOUD = 0.02  # existence above which what a target adds is told to the others
 
 
@@ -55,6 +58,25 @@ class Sought(NamedTuple):
     def poor(self) -> bool:
         """Whether hardly any of the particles is effective."""
         return POOR * len(self.particles) * float(self.weights @ self.weights) > 1
+
+    @property
+    def destitute(self) -> bool:
+        """Whether so few particles are effective that neither place nor spread is theirs to tell."""
+        return FEWEST * float(self.weights @ self.weights) > 1
+
+
+def settled(
+    life: Life, prior: float, after: Annealed, sensor: AdditiveSensor, measurement: Any, others: Sequence[Any]
+) -> Sought:
+    """Lay out a target, of an existence before the measurement, whose particles were brought to their posterior."""
+    n = len(after.states)
+    even, existence = np.full(n, 1.0 / n), min(posterior(prior, after.log_evidence), SUREST)
+    expected = sensor.expected(after.states)
+    log_ratio = sensor.log_ratio(expected, measurement, others)
+    effect = sensor.effect(expected, even, existence)
+    # drawn from the posterior: prior over proposal is evidence over likelihood
+    log_prior = after.log_evidence - log_ratio - math.log(n)
+    return Sought(life, prior, existence, after.states, log_prior, even, expected, effect, log_ratio)
 
 
 class Update(NamedTuple):

@@ -147,6 +147,10 @@ class SuperposedTracker(SuperposedSettings):
             for k in poor:  # where the pilot misled, the particles themselves are a better one
                 found[k] = drawn(k, found[k])
             found = update.of(found, self.sweeps)
+        for k, target in enumerate(living):
+            if found[k].destitute:
+                others = told([*found[:k], *found[k + 1 :]])
+                found[k] = self._predictor.annealed(target, priors[k], update, others, interval_s) or found[k]
         return found
 
     def _arrived(self, target: Sought, rng: Generator) -> Sought:

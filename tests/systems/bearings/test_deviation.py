@@ -37,6 +37,21 @@ def test_it_is_found_and_nothing_is_found_wrong(sigma_deg):
     assert all(one.holds for one in checked(found, SITES, list(track(sets, found, SITES))))
 
 
+def test_sensors_that_are_not_alike_are_weighed_so():
+    """Taken as alike, the least precise drew the path with it."""
+    true_deg = (0.3, 1.0, 1.0, 3.0)
+    way, _ = flown(5, 1.0)
+    sensors = SENSORS.replace(sensor_sigma_deg=true_deg)
+    sets = sensors.simulate(way, np.arange(float(len(way))), np.random.default_rng(5))
+    found = errors_found(UNTOLD, SITES, sets)
+    # 60 bearings each, of which two in four tell the place
+    np.testing.assert_allclose(np.divide(found.sensor_sigma_deg, true_deg), 1.0, rtol=4 * 1.17 / math.sqrt(60))
+    (named,) = (one for one in checked(found, SITES, list(track(sets, found, SITES))) if not one.holds)
+    assert named.name == "bearings.uneven"
+    assert not named.grave
+    assert errors_found(UNTOLD.replace(sigma_deg=1.0), SITES, sets).sensor_times is None
+
+
 def test_what_is_wrong_in_another_way_is_not_hidden_by_a_larger_one():
     """Azimuths anticlockwise from east leave their path by tens of degrees, and are named."""
     sets = [one._replace(azimuth_rad=np.pi / 2 - one.azimuth_rad) for one in heard(2, 1.0)]

@@ -35,8 +35,8 @@ def test_each_sensors_deviation_is_found_where_they_are_not_alike():
     true = (0.5, 1.0, 1.0, 4.0)
     found = with_sensor_times(ASKED, SITES, own(true))
     # 120 bearings each, of which the path of the precise one takes some
-    np.testing.assert_allclose(found.emitters.sensor_times, true, rtol=4 * 1.17 / math.sqrt(120))
-    assert tracker_of(found, SITES).sensor.bearings.sensor_sigma_deg == found.emitters.sensor_times
+    np.testing.assert_allclose(found.sensor_times, true, rtol=4 * 1.17 / math.sqrt(120))
+    assert tracker_of(found, SITES).sensor.bearings.sensor_sigma_deg == found.sensor_times
     assert with_sensor_times(found, SITES, own(true)) == found
 
 

@@ -29,6 +29,7 @@ from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.norths import norths_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.receiver import receiver_finding
+from elusive.systems.bearings.uneven import uneven_finding
 from elusive.tracking.track import Step
 
 NARROW = 0.7  # residuals in the median, to those expected, beyond their own error
@@ -66,7 +67,7 @@ def track_findings(
     scale = scale_of(left)
     found += [
         *_residuals(scale, known, parameters, sites, said),
-        _uneven(left, sites, said),
+        _uneven(left, parameters, sites, said),
         _convergence(known, parameters, said),
     ]
     found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
@@ -156,11 +157,13 @@ def _residuals(
     return found
 
 
-def _uneven(left: Leftovers, sites: SensorSites, said: str) -> Finding:
+def _uneven(left: Leftovers, parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
     """Check that no sensor is far less precise than was told, which the others' residuals hide."""
     number, size = least_precise(left)
+    if number < 0:
+        return uneven_finding(parameters, sites, said)
     return Finding(
-        "bearings.uneven", number < 0, 1.0, size if number >= 0 else 1.0,
+        "bearings.uneven", False, 1.0, size,
         f"{upper(said + 'what sensor')} {sites.names[number]} reports lies {size:.2g} times as far from the track as "
         "its deviation allows in the median: it is less precise than was told, or errs in another way, and draws the "
         "track with it.",

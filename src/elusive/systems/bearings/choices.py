@@ -191,11 +191,6 @@ class SeveralEmitters(Model):
         description="Times by which places are less sure as errors persist; none: found",
         json_schema_extra=FROM_RECORDING,
     )
-    sensor_times: tuple[Positive, ...] | None = Field(
-        None,
-        description="Times of the deviation that bearings of each sensor err by; none: found, or alike",
-        json_schema_extra=FROM_RECORDING,
-    )
     reach_m: Positive | None = _as_in(CrowdedBearings, "reach_m")
     births_per_s: Positive = Field(0.05, description="Mean number of new emitters a second")
     usual_speed_mps: ClassVar[float] = 15.0

@@ -16,6 +16,7 @@ from elusive.systems.bearings.fitting import tracked
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import NORTHS, powers_found
+from elusive.systems.bearings.uneven import with_sensor_times
 
 NORTHS_DEG = 10.0  # of what persists, beyond which azimuths rather mean something else
 
@@ -64,8 +65,10 @@ def errors_found(parameters: BearingTracking, sites: SensorSites, heard: Sequenc
         if bias["sd_deg"] > NORTHS_DEG:
             return usual
     asked = found.replace(motion={"kind": "cv"} | tree["motion"], emitters=OneEmitter())
+    asked = asked if parameters.sigma_deg else with_sensor_times(asked, sites, [heard])
     scale = tracked(heard, asked, sites)[1]
     if scale is None or scale.wide or scale.number < FEW:
         return usual
+    found = found.replace(sensor_times=asked.sensor_times)
     scatter = found.deviation_deg > ALONE * usual.deviation_deg
     return usual if scatter and of_several(steps, found.deviation_deg, moving, sites) else found

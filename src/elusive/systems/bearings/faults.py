@@ -68,7 +68,9 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     parameters, sites
         What they were tracked with.
     """
-    asked, heard, base = tried_with(parameters, biased=False), list[Heard](), list[list[Step]]()
+    # a sensor that errs otherwise is taken for less precise where nobody tells
+    alike = parameters.replace(sensor_times=None)
+    asked, heard, base = tried_with(alike, biased=False), list[Heard](), list[list[Step]]()
     assert isinstance(asked.filter, Estimation)
     for steps in emitters:
         start = max(0, (len(steps) - TIMES) // 2)
@@ -80,7 +82,7 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     if not 3 <= len(used) <= SENSORS:
         return None
     claimed, least, as_well = base, GAIN, GAIN
-    if bias_of(parameters) is not None:
+    if bias_of(parameters) is not None or parameters.sensor_times is not None:
         # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
         claimed = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(heard, base, strict=True)]
         gained = max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)

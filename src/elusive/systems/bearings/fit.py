@@ -26,7 +26,6 @@ from elusive.systems.bearings.powers import ROUGHLY
 from elusive.systems.bearings.sought import FIRST, SETTINGS, Found, most_evidence
 
 TIMES, FEWEST, WORK = 400, 100, 3.5e5  # of the recording's middle; as many times the cube of a state as are tried
-BY_CHANCE = 2.0  # deviations of a correlation that is none
 COVER = 0.6  # what is left of a deviation by errors that persist and are not told
 ROUNDS = 4  # in which that is sought
 
@@ -86,7 +85,9 @@ class _Search:
         self._part = list(heard[start : start + times])
         kept = given.filter if isinstance(given.filter, Estimation) else BatchMap()
         whole = BatchMap(bias=kept.bias, loss=kept.loss, tolerance=ROUGHLY)
-        self._asked = BearingTracking(sigma_deg=given.sigma_deg, emitters=OneEmitter(), filter=whole)
+        self._asked = BearingTracking(
+            sigma_deg=given.sigma_deg, sensor_times=given.sensor_times, emitters=OneEmitter(), filter=whole
+        )
         self.names = (*(() if given.sigma_deg else ("sigma_deg",)), "q", *(("q_vertical",) if self._solid else ()))
         # two lines cross wherever their sensors err: an error that wanders looks like a path
         self.crossed = np.median([len(set(times.sensor.tolist())) for times in heard]) > 2  # type: ignore[union-attr]
@@ -106,12 +107,11 @@ class _Search:
         """Seek what persists beside what was found without: norths, or errors that wander, whichever is likelier."""
         begun = FIRST | plain.values
         best = self.found((*self.names, "north"), begun)
-        left = self.scale(best.parameters)
-        if self.crossed and left.correlation > BY_CHANCE / math.sqrt(max(left.number, 1.0)):
+        if self.crossed:
             # what wanders is no part of the bearings' own deviation
             parted = begun | {"sigma_deg": begun["sigma_deg"] / 2, "north": 2 * begun["north"]}
             wandering = self.found((*self.names, "north", "memory"), parted)
-            best = max(best, wandering, key=lambda one: one.level)
+            best = best if best.level > wandering.level + TWENTY_TO_ONE else wandering
         told_deg = self._asked.sigma_deg
         if not told_deg:
             return best

@@ -14,7 +14,7 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.choices import Estimation, OneEmitter
 from elusive.systems.bearings.emitter import whole_steps
-from elusive.systems.bearings.leftovers import Scale, leftovers, scale_of
+from elusive.systems.bearings.leftovers import Leftovers, Scale, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
 
@@ -61,14 +61,22 @@ def tracked(
     heard: Sequence[object], parameters: BearingTracking, sites: SensorSites
 ) -> tuple[list[Step], Scale | None]:
     """Return the path and the size of its residuals; nothing where there is none."""
+    steps, left = left_beside(heard, parameters, sites)
+    return steps, scale_of(left) if steps else None
+
+
+def left_beside(
+    heard: Sequence[object], parameters: BearingTracking, sites: SensorSites
+) -> tuple[list[Step], Leftovers]:
+    """Return the path and what bearings leave beside it; nothing where there is none."""
     asked = tried_with(parameters)
     assert isinstance(asked.filter, Estimation)
     try:
         steps = whole_steps(heard, asked, sites)  # type: ignore[arg-type]
     except ElusiveError:
-        return [], None
-    sensor = asked.sensor_of(sites, BearingSet, "z" in steps[0].state.state_names)
-    return steps, scale_of(leftovers(steps, sensor, asked.filter))
+        steps = []
+    sensor = asked.sensor_of(sites, BearingSet, bool(steps) and "z" in steps[0].state.state_names)
+    return steps, leftovers(steps, sensor, asked.filter)
 
 
 def fits(scale: Scale) -> bool:

@@ -16,6 +16,7 @@ from elusive.systems.bearings.persisting import with_persisting
 from elusive.systems.bearings.powers import LEAST_TIMES, no_calmer
 from elusive.systems.bearings.settled import MOST_DEG, settled
 from elusive.systems.bearings.speeds import with_speeds
+from elusive.systems.bearings.uneven import with_sensor_times
 
 LATEST, FIRST, EVERY = 200, 10, 100  # times that tell, after how many first, and how often at the rarest
 MOST_EMITTERS = 3  # that tell, those that are heard for longest
@@ -101,4 +102,5 @@ class SeveralFit(LiveFit):
         own = [[norths.righted(one) for one in part] for part in alone]
         assert isinstance(given.emitters, SeveralEmitters)
         asked = with_speeds(asked, given.emitters, self._sites, own)
+        asked = asked if given.sigma_deg else with_sensor_times(asked, self._sites, own)
         return with_persisting(asked, given.sigma_deg, self._sites, own[-1:]), norths

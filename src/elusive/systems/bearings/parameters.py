@@ -14,7 +14,7 @@ from elusive.errors import ParameterError
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
 from elusive.filters.gaussian.interacting import InteractingFilter
 from elusive.filters.gaussian.parts import BuiltInMotion
-from elusive.model import Model, Positive
+from elusive.model import FROM_RECORDING, Model, Positive
 from elusive.motion.altitude import WithAltitude
 from elusive.sensors.arrival_times import ArrivalSet, ArrivalTimeSensors
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
@@ -74,6 +74,11 @@ class BearingTracking(Model):
     most_sigma_deg: ClassVar[float] = 90.0
     sigma_deg: Positive | None = Field(
         None, le=most_sigma_deg, description="Deviation of a bearing [deg]; none: found, live from 1 on"
+    )
+    sensor_times: tuple[Positive, ...] | None = Field(
+        None,
+        description="Times of the deviation that bearings of each sensor err by; none: found, or alike",
+        json_schema_extra=FROM_RECORDING,
     )
     elevations: Annotated[UseElevations | IgnoreElevations, Field(discriminator="kind")] = Field(
         UseElevations(), description="What to do with elevations, where the bearings have them"
@@ -179,6 +184,11 @@ class BearingTracking(Model):
         return self.usual_sigma_deg if self.sigma_deg is None else self.sigma_deg
 
     @property
+    def sensor_sigma_deg(self) -> tuple[float, ...] | None:
+        """Deviation of each sensor's bearing [deg]; None: they are alike."""
+        return None if self.sensor_times is None else tuple(self.deviation_deg * one for one in self.sensor_times)
+
+    @property
     def plain_motion(self) -> PlainMotion:
         """The motion, of several the plainest; a power that is not given is the usual one."""
         return _powered(self.motion.cv if isinstance(self.motion, Interacting) else self.motion)
@@ -200,7 +210,7 @@ class BearingTracking(Model):
         shared: dict[str, Any] = {
             "positions_m": [tuple(place) for place in sites.positions_m.tolist()], "dimensions": 3 if solid else 2,
         }  # fmt: skip
-        bearings = BearingSensors(sigma_deg=self.deviation_deg, **shared)
+        bearings = BearingSensors(sigma_deg=self.deviation_deg, sensor_sigma_deg=self.sensor_sigma_deg, **shared)
         if heard is BearingSet:
             return bearings
         arrivals = ArrivalTimeSensors(**shared, **dict(self.arrivals))

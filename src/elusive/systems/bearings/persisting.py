@@ -86,7 +86,7 @@ def persisting_finding(parameters: BearingTracking) -> Finding:
 def _times(parameters: BearingTracking, told_deg: float | None, sites: SensorSites, part: Sequence[PlaceSet]) -> float:
     """Return the same by one emitter's bearings: its path with errors that persist, beside that without."""
     try:
-        tree = fit_bearings(part, sites, BearingTracking(sigma_deg=told_deg)).tree
+        tree = fit_bearings(part, sites, BearingTracking(sigma_deg=told_deg, sensor_times=parameters.sensor_times)).tree
     except DataError:
         return 1.0
     bias = tree.get("filter", {}).get("bias")

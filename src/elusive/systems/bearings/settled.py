@@ -7,14 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from elusive.contracts import X, Y
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.fitting import left_beside
 from elusive.systems.bearings.found_norths import Norths, exact, norths_found
-from elusive.systems.bearings.heard import bearings_of, starts_of
-from elusive.systems.bearings.leftovers import HALF, LEAST_FREE
-from elusive.systems.bearings.own import direction_of
+from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import LEAST_TIMES, powers_found, whole, whole_path
 
@@ -76,18 +73,8 @@ def _evidence(asked: BearingTracking, sites: SensorSites, alone: Sequence[Sequen
 
 def scattered(parameters: BearingTracking, sites: SensorSites, alone: Sequence[Sequence[PlaceSet]]) -> float:
     """Return by how much bearings lie about their emitters' own paths in the median, the deviation it is of [deg]."""
-    sizes, variance = [np.empty(0)], math.radians(parameters.deviation_deg) ** 2
-    for part in alone:
-        path = whole_path(whole(parameters), part, sites) if len(part) >= LEAST_TIMES else None
-        if path is None:
-            continue
-        angles = bearings_of(part)
-        rows = np.repeat(np.arange(len(part)), angles.counts)
-        off = path.states[rows][:, [X, Y]] - starts_of(part, sites)
-        direction, spread = direction_of(off, path.covariances[rows][:, [[X], [Y]], [[X, Y]]])
-        free, left = 1 - spread / variance, np.abs(wrapped(angles.azimuth_rad - direction))
-        sizes.append((left / np.sqrt(variance * np.maximum(free, LEAST_FREE)))[free > LEAST_FREE])
-    size = np.concatenate(sizes)
+    left = [left_beside(part, parameters, sites)[1].deviations for part in alone if len(part) >= LEAST_TIMES]
+    size = np.abs(np.concatenate([np.empty(0), *left]))
     if len(size) < LEAST_LEFT:
         return parameters.deviation_deg
     found = parameters.deviation_deg * float(np.median(size)) / HALF

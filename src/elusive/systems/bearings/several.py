@@ -98,12 +98,11 @@ def tracker_of(parameters: BearingTracking, sites: SensorSites) -> DetectionTrac
     emitters = parameters.emitters
     assert isinstance(emitters, SeveralEmitters)
     parameters.check(live=False)
-    times, sigma_deg = emitters.sensor_times, parameters.deviation_deg
     sensor = CrowdedBearings(
         bearings=BearingSensors.at(
             sites,
-            sigma_deg=sigma_deg,
-            sensor_sigma_deg=None if times is None else tuple(sigma_deg * one for one in times),
+            sigma_deg=parameters.deviation_deg,
+            sensor_sigma_deg=parameters.sensor_sigma_deg,
             detection_probability=emitters.detection_probability or USUALLY_HEARD,
         ),
         false_bearings=emitters.false_bearings or USUALLY_FALSE,

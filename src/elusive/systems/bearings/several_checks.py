@@ -27,6 +27,7 @@ from elusive.systems.bearings.persisting import persisting_finding, persists
 from elusive.systems.bearings.readings import CONVENTIONS, reread
 from elusive.systems.bearings.settled import LARGER
 from elusive.systems.bearings.several import track_several
+from elusive.systems.bearings.uneven import uneven_finding
 from elusive.tracking.track import Step
 
 BEGUN = 0.25  # of the times, after which emitters are to be known
@@ -162,6 +163,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     found = [
         off,
         persisting_finding(parameters),
+        uneven_finding(parameters, sites),
         units_finding(sites),
         rounding_finding(steps, parameters, sites),
         repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),

@@ -120,9 +120,6 @@ def _table(tracked: SeveralTracked, parameters: BearingTracking) -> list[tuple[s
         rows.append(("Heard", f"an emitter with probability {heard:.2f}, {false:.2g} false bearings a sensor and time"))
         rows.append(("Tracker", f"{emitters.particles} particles, motion {parameters.moves}, "
                      f"{parameters.deviation_deg:g} degrees"))  # fmt: skip
-        if emitters.sensor_times:
-            each = [f"{name}: {by:.2g}" for name, by in zip(tracked.names, emitters.sensor_times, strict=True)]
-            rows.append(("Bearings err by", f"{', '.join(each)[:200]} times the deviation"))
         if emitters.norths_deg:
             off = [f"{name}: {by:.2g}" for name, by in zip(tracked.names, emitters.norths_deg, strict=True)]
             rows.append(("Azimuths too large by", f"{', '.join(off)[:200]} degrees"))

@@ -100,7 +100,7 @@ class FrameChecks:
         if isinstance(self._sensor, ImageSensor):
             found += white_findings(self._sensor, self.parameters, self.noise)
             if self._left is not None and all(one.holds for one in found):  # else noise itself may stand out
-                found.append(self._left.finding(grave=isinstance(self.parameters.filter, SeveralImages)))
+                found += self._left.findings(grave=isinstance(self.parameters.filter, SeveralImages))
         else:
             if self._peaks and self._whitened:
                 whitened = dict(zip(LEVELS, (self._quantiles / self._whitened).tolist(), strict=True))

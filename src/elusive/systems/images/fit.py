@@ -16,6 +16,7 @@ from elusive.io import FrameSource
 from elusive.preprocess.peaks import PeakFinder
 from elusive.preprocess.points import PointFinder, peaks_of, responses_of, width_of
 from elusive.systems.images.frame_facts import FrameFacts, Law
+from elusive.systems.images.turning import Power, Turning
 from elusive.systems.images.white_checks import CORRELATION, LEVEL, clearly
 
 OPTIONS = ("--polarity", "--psf-sigma", "--snr-db-range")
@@ -25,6 +26,7 @@ BEYOND_DB = 1.5  # of a range of brightness: what the points seen leave open
 UNSEEN_DB = 3.0  # below the faintest that could be seen, where the points seen reach down to that
 CLEAR_PX = 8.0  # about a point, in which no noise is read
 STRONG = 6.0  # deviations of a peak in a recorded scene that is hardly noise
+FASTEST_PX = 4.0  # from frame to frame, of points whose acceleration is told
 BOTH = 0.1  # share of points of the rarer polarity from which both are there
 
 
@@ -81,7 +83,7 @@ def fit_images(source: FrameSource, on_frame: Callable[[int], None] | None = Non
         return _recorded(again(), facts)
     if clearly(law.gaussian_misfit, law.rayleigh_misfit):
         return _envelope(facts, law)
-    return _plain(again(), facts, law)
+    return _plain(again(), facts, law, source.interval_s)
 
 
 def _white(facts: FrameFacts, law: Law) -> bool:
@@ -106,11 +108,14 @@ def _envelope(facts: FrameFacts, law: Law) -> Fit:
     return Fit((kind, sigma), {"filter": {"kind": "several", "sensor": sensor}}, WHITE)
 
 
-def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> Fit:
+def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law, interval_s: float) -> Fit:
     """Fit frames of white Gaussian noise: their points, in deviations about the level, and the noise beside them."""
     finder, beside = PointFinder(facts.count * math.prod(facts.shape)), FrameFacts()
+    turning = Turning(FASTEST_PX)
     for frame in frames:
-        beside.add(frame, finder.add((frame - law.pedestal) / law.sigma), CLEAR_PX)
+        now = finder.add((frame - law.pedestal) / law.sigma)
+        turning.add(now)
+        beside.add(frame, now.places_px.tolist(), CLEAR_PX)
     points, law = finder.points, beside.law or law
     pedestal = Fitted("--pedestal", "level without a target", f"{law.pedestal:.5g}", _error(beside, "pedestal"),
                       "the quantiles of pixels beside points")  # fmt: skip
@@ -136,7 +141,21 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law) -> Fit:
         tree["filter"]["birth"] = {"snr_db_range": [*map(float, brightness.value.split())]}
     if polarity.value == "dark":
         tree["polarity"] = "dark"
-    return Fit((pedestal, sigma, width, brightness, polarity), tree, WHITE)
+    accelerates = _acceleration(turning.power(), interval_s)
+    if accelerates.value:
+        tree["filter"]["motion"] = {"kind": "intensity", "motion": {"kind": "cv", "q": float(accelerates.value)}}
+    return Fit((pedestal, sigma, width, brightness, polarity, accelerates), tree, WHITE)
+
+
+def _acceleration(power: Power, interval_s: float) -> Fitted:
+    """Return the power of acceleration, where it is clearly more than is usual."""
+    what = "power of the acceleration [px^2 / s^3]"
+    if not power.clear:
+        steady = f"{power.differences} second differences of places, no clear acceleration; the default stays"
+        return Fitted("--q", what, "", math.nan, steady)
+    second = interval_s**-3
+    how = f"{power.differences} second differences of the places of points that noise does not make"
+    return Fitted("--q", what, f"{power.q * second:.3g}", power.deviation * second, how)
 
 
 def _recorded(frames: Iterable[Array], facts: FrameFacts) -> Fit:

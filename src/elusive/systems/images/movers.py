@@ -126,6 +126,7 @@ class Movers:
             "Snow, layers of clouds, and what is near before what is far look like this. A target that moves no more "
             "clearly is not told from them: what is not shown may be there, and what is shown may be one of them.",
             "Look in report.html with --show all, which shows what is followed; or give a part in which less moves "
-            "(--start, --stop, a part of the frame).",
+            "(--start, --stop, a part of the frame). Of points before plain noise, as particles and stars are, give "
+            "--config what elusive fit images writes: then each is followed to a part of a pixel.",
             grave=False,
         )

@@ -23,6 +23,7 @@ from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.report import NEAR_PX, FrameKeeper, Tracked, images_report
 from elusive.systems.images.results import ImageLog, tracked_of
 from elusive.systems.images.track import track_images
+from elusive.systems.images.turning import turning_as_seen
 from elusive.tracking import Step
 from elusive.tracking.memory import Memory
 
@@ -114,7 +115,7 @@ def track_recording(
     DataError
         If a frame cannot be used, or the truth is of other frames.
     """
-    bound = parameters.bind(source.shape, source.interval_s)
+    bound = turning_as_seen(source, parameters.bind(source.shape, source.interval_s))
     config = bound.to_yaml()
     if truth is not None and source.length is not None:
         truth.check_frames(source.start, source.length, whole=source.whole)

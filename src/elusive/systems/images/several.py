@@ -31,6 +31,7 @@ class SeveralImages(SuperposedTracker):
     death_probability: Probability = Field(0.02, description="Probability that a target disappears in 1 s, P_d")
     birth_probability: Probability = Field(0.02, description="Probability that a target appears in 1 s, P_b")
     newborns: int = Field(500, ge=10, description="Particles of a newborn target, N_b")
+    most_targets: int = Field(300, ge=1, le=1000, description="Targets at a time, at most")
     forget_below: float = Field(
         1e-4, gt=0, lt=1, description="Existence below which a target is not sought, or forgotten"
     )
