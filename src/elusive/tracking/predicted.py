@@ -92,7 +92,8 @@ class Predictor(NamedTuple):
         def log_likelihood(states: Array) -> Array:
             return self.sensor.log_ratio(self.sensor.expected(states), update.measurement, others)
 
-        after = anneal(plain.particles, log_prior, log_likelihood, rng, log_weight=plain.log_prior - even)
+        log_weight = plain.log_prior - even
+        after = anneal(plain.particles, log_prior, log_likelihood, rng, log_weight=log_weight, centres=towards)
         if after.log_evidence == -math.inf:
             return None
         return settled(target.life, plain.prior, after, self.sensor, update.measurement, others)

@@ -40,6 +40,7 @@ def anneal(
     *,
     log_weight: Array | None = None,
     effective: float = 0.5,
+    centres: Array | None = None,
 ) -> Annealed:
     """Bring particles from their prior to their posterior.
 
@@ -57,6 +58,8 @@ def anneal(
         ``(n,)`` log of prior over proposal, where the states were not drawn from the prior.
     effective
         Share of the particles that stays effective in a stage.
+    centres
+        ``(n, d)`` about which the prior of each row is narrower than the cloud: a move is as wide as both allow.
 
     Returns
     -------
@@ -82,7 +85,11 @@ def anneal(
         if taken >= 1:
             break
         prior = log_prior(states, origin)
-        root = np.linalg.cholesky(np.cov(states.T) + LEAST_SPREAD**2 * np.eye(d))
+        spread = np.cov(states.T) + LEAST_SPREAD**2 * np.eye(d)
+        if centres is not None:
+            own = np.cov((states - centres[origin]).T) + LEAST_SPREAD**2 * np.eye(d)
+            spread = spread @ np.linalg.solve(spread + own, own)
+        root = np.linalg.cholesky(0.5 * (spread + spread.T))
         for _ in range(MOVES):
             there = states + MOVE / math.sqrt(d) * rng.standard_normal((n, d)) @ root.T
             prior_there, level_there = log_prior(there, origin), log_likelihood(there)
