@@ -105,7 +105,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], s
     "front and back": (front_and_back, "bearings.mirrored", "does not tell front from back"),
     "off a wall": (off_a_wall, "bearings.images", "are mirror images of each other"),
     "mirrored past a line": (mirrored_past_a_line, "bearings.convention", "anticlockwise from north"),
-    "a drifting north": (a_drifting_north, "bearings.sensors", "the north of sensor 1 drifts by"),
+    "a drifting north": (a_drifting_north, "bearings.norths", "errors wander by"),
     "one clock late": (one_clock_late, "bearings.sensors", "the bearings of sensor 1 come"),
 }
 

@@ -149,9 +149,7 @@ def _residuals(
     convention = convention_finding(steps, parameters, sites, said)
     found.append(convention)
     fault = fault_of([steps], parameters, sites) if convention.holds else None
-    found.append(fault_finding(fault, said))
-    if fault is None:
-        found.append(norths_finding(steps, parameters, sites, said))
+    found += [fault_finding(fault, said), norths_finding(steps, parameters, sites, said)]
     if fault is None and not persists and convention.holds:
         found.append(motion_finding(steps, parameters, sites, said))
     return found

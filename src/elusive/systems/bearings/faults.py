@@ -1,8 +1,8 @@
-"""What is wrong with a sensor or two, where all fit together only roughly: its north, its clock, its place.
+"""What is wrong with a sensor, where all fit together only roughly: its north, its clock, its place.
 
 Three bearings of a time are one more than a place needs, and as an emitter moves these tell each sensor's systematic
-error. Each error, and each two, is tried by the evidence of the path with and without it (MacKay, 2003, section 28.1),
-at its most probable size.
+error. Each is tried by the evidence of the path with and without it (MacKay, 2003, section 28.1), at its most probable
+size.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import whole_path
-from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, pairs_of
+from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of
 from elusive.tracking.track import Step
 
 TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
@@ -96,9 +96,6 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     ]
     if not found:
         return None
-    pairs = _explaining(pairs_of(errors), heard, sites, asked, base, found[0].gain + AS_LIKELY)
-    # one more error must say as much more to be it, and is as likely where it says some
-    found = pairs if pairs and pairs[0].gain > found[0].gain + GAIN else [found[0], *pairs, *found[1:]]
     best = found[0]
     what, remedy = best.error.said(best.sizes)
     # over a short path a turned sensor looks like one that stands elsewhere
@@ -212,7 +209,8 @@ def _sized(
     paths = [path for part, places in mended(at) if (path := path_of(part, asked, places)) is not None]
     if len(paths) < len(heard):
         return None
-    return _Explained(error, tuple(at.tolist()), sum(map(evidence_of, paths)) - begun, paths)
+    gain = sum(map(evidence_of, paths)) - begun - AS_LIKELY * (n - 1)  # a second size has to say as much more
+    return _Explained(error, tuple(at.tolist()), gain, paths)
 
 
 def _smoothed(steps: list[Step]) -> SmoothedPath:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,12 @@ class Bearings(NamedTuple):
     counts: NDArray[np.intp]  # (K,) of each time
     sensor: NDArray[np.intp]  # (M,)
     azimuth_rad: Array  # (M,)
+
+
+def part_of(times: BearingSet, rows: NDArray[Any]) -> BearingSet:
+    """Return some of the bearings of a time."""
+    places = None if times.places_m is None else times.places_m[rows]
+    return BearingSet(times.time_s, times.sensor[rows], times.azimuth_rad[rows], times.elevation_rad[rows], places)
 
 
 def angles_of(measurement: PlaceSet) -> BearingSet:

@@ -10,6 +10,7 @@ import numpy as np
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.heard import part_of
 from elusive.tracking.track import Step, Track
 
 REMOTE = 12.0  # deviations within which a bearing may be a track's
@@ -55,6 +56,6 @@ def own_steps(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> di
                 if mine.min() < reach:
                     rows[place].append(int(its[mine.argmin()]))
         for track, of in zip(sure, rows, strict=True):
-            part = BearingSet(heard.time_s, heard.sensor[of], heard.azimuth_rad[of], heard.elevation_rad[of], None)
+            part = part_of(heard, np.array(of, np.intp))
             found.setdefault(track.track, []).append(step._replace(measurement=part, tracks=(track,)))
     return found

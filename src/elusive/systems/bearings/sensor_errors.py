@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
 
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.systems.bearings.heard import part_of
 from elusive.tracking.track import Step
 
 Heard = list[BearingSet]
@@ -19,11 +19,10 @@ Mended = tuple[Heard, SensorSites]
 
 
 class SensorError(NamedTuple):
-    """An error, or two at once."""
+    """An error that a sensor or all may have."""
 
-    units: Sizes  # of each part, that are tried first
-    kind: str  # which of it may be one of two
-    sensors: frozenset[int]
+    units: Sizes  # that are tried first
+    kind: str
     said: Callable[[Sizes], tuple[str, str]]  # what is wrong, and what to do
     without: Callable[[Heard, SensorSites, Sizes], Mended]
 
@@ -57,38 +56,15 @@ def errors_of(
         found.append(_turned(f"the azimuths of sensor {name}", [row], sigma_deg))
         found.append(_clocked(name, row, seconds))
         if last_s > first_s:
-            found.append(_drifting(name, row, 0.5 * (first_s + last_s), 2 * sigma_deg / (last_s - first_s)))
+            found.append(_drifting(name, row, 0.5 * (first_s + last_s), 2 * sigma_deg / (last_s - first_s), sigma_deg))
         if all(times.places_m is None for times in every):
-            found += [_placed(name, row, axis, spread) for axis in (0, 1)]
+            found.append(_placed(name, row, spread))
     return found
-
-
-def pairs_of(errors: Sequence[SensorError]) -> list[SensorError]:
-    """Return the north or clock of one sensor with that of another, and a north that is off and drifts."""
-    parts = [error for error in errors if error.kind in {"north", "clock"} and len(error.sensors) == 1]
-    apart = [_both(one, other) for one, other in combinations(parts, 2) if one.sensors != other.sensors]
-    drifts = [error for error in errors if error.kind == "drift"]
-    return apart + [
-        _both(one, other) for other in drifts for one in parts if one.kind == "north" and one.sensors == other.sensors
-    ]
 
 
 def shifted(times: BearingSet, rows: Iterable[int], by: Array) -> BearingSet:
     """Turn the bearings of some sensors by angles ``(n,)`` [rad], one of each bearing."""
     return times._replace(azimuth_rad=times.azimuth_rad + np.where(np.isin(times.sensor, [*rows]), by, 0.0))
-
-
-def _both(one: SensorError, other: SensorError) -> SensorError:
-    cut = len(one.units)
-
-    def says(sizes: Sizes) -> tuple[str, str]:
-        (what, do), (also, more) = one.said(sizes[:cut]), other.said(sizes[cut:])
-        return f"{what} and {also}", do if more == do else f"{do} {more}"
-
-    def without(heard: Heard, sites: SensorSites, sizes: Sizes) -> Mended:
-        return other.without(*one.without(heard, sites, sizes[:cut]), sizes[cut:])
-
-    return SensorError(one.units + other.units, "both", one.sensors | other.sensors, says, without)
 
 
 def _turned(who: str, rows: list[int], unit: float) -> SensorError:
@@ -101,10 +77,10 @@ def _turned(who: str, rows: list[int], unit: float) -> SensorError:
         by = -math.radians(sizes[0])
         return [shifted(times, rows, np.full(len(times.sensor), by)) for times in heard], sites
 
-    return SensorError((unit,), "north", frozenset(rows), says, without)
+    return SensorError((unit,), "north", says, without)
 
 
-def _drifting(name: str, row: int, middle_s: float, unit: float) -> SensorError:
+def _drifting(name: str, row: int, middle_s: float, rate: float, off: float) -> SensorError:
     def says(sizes: Sizes) -> tuple[str, str]:
         way = "clockwise" if sizes[0] > 0 else "anticlockwise"
         return (
@@ -113,13 +89,11 @@ def _drifting(name: str, row: int, middle_s: float, unit: float) -> SensorError:
         )
 
     def without(heard: Heard, sites: SensorSites, sizes: Sizes) -> Mended:
-        rate = -math.radians(sizes[0])
-        turned = [
-            shifted(times, [row], np.full(len(times.sensor), rate * (times.time_s - middle_s))) for times in heard
-        ]
+        by = [-math.radians(sizes[0] * (times.time_s - middle_s) + sizes[1]) for times in heard]
+        turned = [shifted(one, [row], np.full(len(one.sensor), by_rad)) for one, by_rad in zip(heard, by, strict=True)]
         return turned, sites
 
-    return SensorError((unit,), "drift", frozenset([row]), says, without)
+    return SensorError((rate, off), "drift", says, without)
 
 
 def _clocked(name: str, row: int, unit: float) -> SensorError:
@@ -136,31 +110,26 @@ def _clocked(name: str, row: int, unit: float) -> SensorError:
             ours = times.sensor == row
             for rows, time_s in ((~ours, times.time_s), (ours, times.time_s - sizes[0])):
                 if rows.any():
-                    parts.setdefault(time_s, []).append(_rows(times, rows))
+                    parts.setdefault(time_s, []).append(part_of(times, rows))
         return [_joined(time_s, parts[time_s]) for time_s in sorted(parts)], sites
 
-    return SensorError((unit,), "clock", frozenset([row]), says, without)
+    return SensorError((unit,), "clock", says, without)
 
 
-def _placed(name: str, row: int, axis: int, unit: float) -> SensorError:
+def _placed(name: str, row: int, unit: float) -> SensorError:
     def says(sizes: Sizes) -> tuple[str, str]:
-        way = (("west", "east"), ("south", "north"))[axis][sizes[0] > 0]
-        return (
-            f"sensor {name} stands {abs(sizes[0]):.2g} m further {way} than was told",
-            f"Measure the place of {name}.",
+        east, north = (
+            f"{abs(size):.2g} m further {ways[size > 0]}"
+            for size, ways in zip(sizes, (("west", "east"), ("south", "north")), strict=True)
         )
+        return f"sensor {name} stands {east} and {north} than was told", f"Measure the place of {name}."
 
     def without(heard: Heard, sites: SensorSites, sizes: Sizes) -> Mended:
         places = sites.positions_m.copy()
-        places[row, axis] += sizes[0]
+        places[row, :2] += sizes
         return heard, sites._replace(positions_m=places)
 
-    return SensorError((unit,), "place", frozenset([row]), says, without)
-
-
-def _rows(times: BearingSet, rows: Array) -> BearingSet:
-    places = None if times.places_m is None else times.places_m[rows]
-    return BearingSet(times.time_s, times.sensor[rows], times.azimuth_rad[rows], times.elevation_rad[rows], places)
+    return SensorError((unit, unit), "place", says, without)
 
 
 def _joined(time_s: float, parts: list[BearingSet]) -> BearingSet:

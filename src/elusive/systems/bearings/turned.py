@@ -11,13 +11,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.faults import GAIN
 from elusive.systems.bearings.fitting import better, tracked
+from elusive.systems.bearings.heard import part_of
 from elusive.systems.bearings.leftovers import FEW, HALF, Scale
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
@@ -46,7 +46,7 @@ def turned_sensor(
     found = list[tuple[float, int, list[Step]]]()
     for number in used:
         rows = [times.sensor != number for times in heard]
-        others = [_part(times, kept) for times, kept in zip(heard, rows, strict=True) if kept.any()]
+        others = [part_of(times, kept) for times, kept in zip(heard, rows, strict=True) if kept.any()]
         steps, scale = tracked(others, parameters, sites)
         if steps and scale is not None and better(scale, whole):
             left_out = sum(int((~kept).sum()) for kept in rows)  # each as likely in any direction
@@ -86,9 +86,3 @@ def _turned_by(number: int, heard: Sequence[BearingSet], steps: Sequence[Step], 
         east, north = (places[times.time_s] - stands[its, :2]).T
         off += wrapped(times.azimuth_rad[its] - np.arctan2(east, north)).tolist()
     return np.array(off)
-
-
-def _part(times: BearingSet, kept: NDArray[np.bool_]) -> BearingSet:
-    """Return some of the bearings of a time."""
-    places = None if times.places_m is None else times.places_m[kept]
-    return BearingSet(times.time_s, times.sensor[kept], times.azimuth_rad[kept], times.elevation_rad[kept], places)
