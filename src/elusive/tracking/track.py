@@ -31,4 +31,3 @@ class Step(NamedTuple):
     measurement: Any
     state: Any
     tracks: tuple[Track, ...]
-    beside: Any = None  # what else the system knows of them by now

@@ -84,10 +84,10 @@ class Counts:
             Its scan without plots of ground and wakes.
         """
         ground, wakes = (None, None) if radar is None else (radar.ground(sensor), radar.trails(sensor))
-        scan, targets = step.measurement, step.state.targets
+        scan, targets = step.measurement, step.state.belief.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
         there = [one for one in targets if in_view(one, scan, sensor)]
-        self._lives.add(step.beside.ages, there, step.beside.ways)
+        self._lives.add(step.state.ages, there, step.state.ways)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
         theirs = np.zeros_like(left) if ground is None else ground.theirs(scan)
         left &= ~theirs

@@ -128,7 +128,7 @@ def follow_radar(
         for step in track_radar(
             map(known.righted, chain(first, heard)), tracker, known.parameters, around, memory, fusion, learn
         ):
-            beliefs = {target.life.track: target for target in step.state.targets}
+            beliefs = {target.life.track: target for target in step.state.belief.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             seen_now = [target for target in sure if in_view(target, step.measurement, sensor)]
             innovations.extend(innovation(target, step.measurement, sensor) for target in seen_now)

@@ -38,13 +38,6 @@ KNOWN, SURE = 0.9, 0.9  # existence from which a miss is one; probability of a s
 Ages = Mapping[int, tuple[int, int]]  # of each confirmed track: scans since then, and the band in which it was
 
 
-class Lived(NamedTuple):
-    """What is known of tracks by their past, each by its number."""
-
-    ages: Ages
-    ways: Mapping[int, Ways]  # in which they may move
-
-
 def aged(before: Ages, targets: Sequence[Target], scan: RadarScan, sensor: RadarSensor) -> Ages:
     """Return how old confirmed tracks are after a scan."""
     limits = edges(*sensor.limits[:2], BANDS)[1:-1]

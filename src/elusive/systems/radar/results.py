@@ -93,8 +93,8 @@ class RadarRun:
         self._log.append(step)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
         self._counts.add(step, self._sensor, self._around.water, self._parameters.radar)
-        self._bias = coast_bias(step.state.knowledge)
-        beliefs = {target.life.track: target for target in step.state.targets}
+        self._bias = coast_bias(step.state.belief.knowledge)
+        beliefs = {target.life.track: target for target in step.state.belief.targets}
         sure = {track.track for track in step.tracks if track.status == "confirmed"}
         self._sightings.add(step.measurement, [beliefs[number] for number in sorted(sure)], self._sensor)
         self._kept.add({number: beliefs[number].allowed for number in sure}, {track.track for track in step.tracks})

@@ -6,7 +6,8 @@ algorithm 2, for a recording of one plot a scan.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,13 +15,21 @@ from elusive.filters.particle.coast_error import learn_bias
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.lives import Lived, aged, as_lived
-from elusive.systems.radar.moving import ways_after
+from elusive.systems.radar.lives import Ages, aged, as_lived
+from elusive.systems.radar.moving import Ways, ways_after
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
-from elusive.tracking.detections import DetectionTracker
+from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
+
+
+class RadarState(NamedTuple):
+    """What is known after a scan."""
+
+    belief: DetectionState
+    ages: Ages  # how old confirmed tracks are
+    ways: Mapping[int, Ways]  # in which tracks may move, each by its number
 
 
 def track_radar(
@@ -54,8 +63,7 @@ def track_radar(
     Yields
     ------
     Step
-        After each scan; its state is :class:`~elusive.tracking.detections.DetectionState`, and beside it stands
-        :class:`~elusive.systems.radar.lives.Lived`.
+        After each scan; its state is :class:`RadarState`.
 
     Raises
     ------
@@ -65,25 +73,27 @@ def track_radar(
     memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state, rng, mode_rng, ages, ways = memory.held or (tracker.init(rng), rng, mode_rng, {}, {})
+    state, rng, mode_rng = memory.held or (RadarState(tracker.init(rng), {}, {}), rng, mode_rng)
     for scan in scans:
-        before = state if ais is None else ais.before(scan, state, tracker, rng)
-        state = tracker.step(before, scan.time_s, scan, rng)
-        ships = ships_of(before, state)
+        before, ages, ways = state
+        before = before if ais is None else ais.before(scan, before, tracker, rng)
+        belief = tracker.step(before, scan.time_s, scan, rng)
+        ships = ships_of(before, belief)
         tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
         if isinstance(tracker.sensor, RadarSensor):
             ways = ways_after(ways, ships, scan, tracker.sensor, tracker.speed_sd_mps)
             tracks = tuple(
                 one._replace(extra={**one.extra, "moves": float(ways[one.track].moves[0])}) for one in tracks
             )
-            ages = aged(ages, state.targets, scan, tracker.sensor)
+            ages = aged(ages, belief.targets, scan, tracker.sensor)
             tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or (), ways)
         if ais is not None:
             tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
-        step = Step(scan.time_s, scan, state, tracks, Lived(ages, ways))
+        step = Step(scan.time_s, scan, RadarState(belief, ages, ways), tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
-        state = state._replace(knowledge=learn_bias(state.knowledge, moved, parameters.coast))
+        belief = belief._replace(knowledge=learn_bias(belief.knowledge, moved, parameters.coast))
+        state = RadarState(belief, ages, ways)
         if learn is not None:
             tracker, parameters = learn(step)
-        memory.keep(scan.time_s, state, rng, mode_rng, ages, ways)
+        memory.keep(scan.time_s, state, rng, mode_rng)
         yield step
