@@ -319,7 +319,7 @@ def test_kernels_spread_a_belief_of_one_mode_alone_and_leave_its_moments(apart, 
     weights /= weights.sum()
     moments = _kernels.moments(states, weights)
     target = Target(Life(), 0.9, states, weights, *moments, weights, -1, 0.0, 1.0, False, 0.0)
-    after = expected(target, ConstantVelocity(q=1e-12), 1e-9, 1.0, (), 1.0, 1.0, rng)
+    after = expected(target, ConstantVelocity(q=1e-12), 1e-9, 1.0, (), len(target.weights), 1.0, 1.0, rng)
     fresh = np.abs(after.particles[:, :1] - states[:, 0]).min(axis=1) > 1e-6
     assert fresh.mean() > 0.9 if moved else not fresh.any()
     error = 5 / np.sqrt(n * 0.5)

@@ -82,7 +82,7 @@ def redrawn(targets: list[Target], resample_below: float, kernel_width: float, r
             continue
         states = np.asfortranarray(np.concatenate([targets[row].particles for row in rows], axis=1))
         if kernel_width and all(has_one_mode(targets[row]) for row in rows):
-            states = smoothed(states, weights, kernel_of(kernel_width, states.shape[1], counting), rng)
+            states = smoothed(states, weights, n, kernel_of(kernel_width, states.shape[1], counting), rng)
         else:
             states = _kernels.gather(states, resample(weights, n, rng), n)
         for row, particles in zip(rows, np.split(states, 2, axis=1), strict=True):

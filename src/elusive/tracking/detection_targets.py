@@ -114,24 +114,28 @@ def expected(
     interval_s: float,
     survival: float,
     known: Sequence[Knowledge],
+    n: int,
     resample_below: float,
     kernel_width: float,
     rng: Generator,
 ) -> Expected:
     """Move a target over an interval, and ask what is known of its places; over no time it stays as it is.
 
+    A track has ``n`` particles; what is none yet keeps those that it began with.
+
     Where it is resampled, particles are drawn from kernels about those that are left, so many times as wide as
     Silverman's rule has them for as many as count: Musso, Oudjane and Le Gland (2001). Copies alone, of few ancestors
     where the motion has little noise, have too small a covariance: NEES 3.1 of 2 with 1000 particles, 2.2 so. Copies
     stay where the belief is of several places, or its motion not linear: a component may be a choice, as at anchor.
     """
-    particles, weights, allowed, n = target.particles, target.weights, None, len(target.weights)
+    particles, weights, allowed, before = target.particles, target.weights, None, len(target.weights)
     if interval_s == 0:
         return Expected.at_rest(target)
-    if _particle_kernels.effective_size(weights) < resample_below * n:
+    n = before if target.life.track is None else n
+    if n > before or _particle_kernels.effective_size(weights) < resample_below * n:
         if kernel_width and transition(motion, interval_s) is not None and has_one_mode(target):
             counting = _particle_kernels.effective_size(weights)
-            particles = smoothed(particles, weights, kernel_of(kernel_width, particles.shape[1], counting), rng)
+            particles = smoothed(particles, weights, n, kernel_of(kernel_width, particles.shape[1], counting), rng)
         else:
             particles = _kernels.gather(particles, resample(weights, n, rng), n)
         weights = np.full(n, 1 / n)

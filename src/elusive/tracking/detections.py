@@ -123,7 +123,10 @@ class DetectionTracker(DetectionRules):
     trails: Annotated[SerializeAsAny[Trails] | None, or_own(Trails)] = Field(
         None, description="What is detected behind targets", json_schema_extra=FROM_RECORDING
     )
-    particles: int = Field(2000, ge=10, description="Number of particles of each target, N")
+    particles: int = Field(2000, ge=10, description="Number of particles of each track, N")
+    fewer: int | None = Field(
+        None, ge=10, description="Number of particles of a target until it is a candidate; none: N"
+    )
     further_sd: dict[str, float] = Field(
         {"ax": 0.05, "ay": 0.05, "turn_rate": 0.05},
         description="Deviation about zero of what a new target's state has beside place and velocity",
@@ -171,9 +174,12 @@ class DetectionTracker(DetectionRules):
             width = 0.0 if transition(self.motion, interval_s) is None else self.kernel_width
             living = redrawn(living, self.resample_below, width, rng)
         alive = [
-            expected(target, self.motion, interval_s, survival, known, self.resample_below, self.kernel_width, rng)
+            expected(
+                target, self.motion, interval_s, survival, known, self.particles, self.resample_below,
+                self.kernel_width, rng,
+            )
             for target in living
-        ]
+        ]  # fmt: skip
         undetected = survival * state.undetected + self.births_per_s * interval_s
         # a map that may be wrong altogether never says less than its floor, and says that of land
         least = max([self.recover_below, *(2 * getattr(member, "floor", 0.0) for member in known)])
@@ -207,8 +213,9 @@ class DetectionTracker(DetectionRules):
             log_clutter = np.logaddexp(log_clutter, fixed.log_scattered)
         every, spread = np.arange(len(log_clutter)), (self.speed_sd_mps, self.further_sd)
         born = newborn(
-            self.sensor, self.motion, measurement, every, undetected, known, least, self.particles, spread, rng
-        )
+            self.sensor, self.motion, measurement, every, undetected, known, least,
+            self.fewer or self.particles, spread, rng,
+        )  # fmt: skip
         log_new = np.logaddexp(log_clutter, born.log_intensity)
         if fixed is not None:
             log_new = np.logaddexp(log_new, fixed.new.log_intensity)

@@ -64,10 +64,13 @@ def fused(
     interval_s = interval_since(state.time_s, report.time_s)
     survival = math.exp(-interval_s / tracker.mean_life_s)
     alive = [
-        expected(one, tracker.motion, interval_s, survival, (), tracker.resample_below, tracker.kernel_width, rng)
+        expected(
+            one, tracker.motion, interval_s, survival, (), tracker.particles, tracker.resample_below,
+            tracker.kernel_width, rng,
+        )
         for one in state.targets
         if one.life.status != "deleted"
-    ]
+    ]  # fmt: skip
     log_wrong = math.log(WRONG) - math.log(2 * math.pi * WRONG_SD_M**2)
     logs = [_log_density(one.particles, report, tracker) for one in alive]
     with np.errstate(divide="ignore"):

@@ -112,7 +112,7 @@ def test_smoothing_leaves_mean_and_covariance():
     rng, n = np.random.default_rng(7), 20_000
     states, weights = prior(n, rng), rng.random(n)
     weights /= weights.sum()
-    drawn = smoothed(states, weights, 0.3, rng)
+    drawn = smoothed(states, weights, len(states), 0.3, rng)
     mean = weights @ states
     np.testing.assert_allclose(drawn.mean(axis=0), mean, atol=5 / math.sqrt(n))
     np.testing.assert_allclose(np.cov(drawn.T), np.cov(states.T, aweights=weights), atol=0.05)

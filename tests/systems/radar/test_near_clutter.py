@@ -123,7 +123,7 @@ def test_a_live_run_learns_what_it_is_not_told(tmp_path):
 
 
 def test_clutter_upwind_is_no_hull_and_no_ship(tmp_path):
-    radar, findings = followed(tmp_path, recorded(6, upwind=1.0), detection_probability=0.85)
+    radar, findings = followed(tmp_path, recorded(23, upwind=1.0), detection_probability=0.85)
     assert not findings
     check_tracks(tmp_path)
     limits = np.linspace(0, 2 * np.pi, SECTORS + 1)

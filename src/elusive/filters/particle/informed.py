@@ -127,14 +127,14 @@ def draw_informed(
     return Cloud(moved, -np.log(n * mixture))
 
 
-def smoothed(states: Array, weights: Array, width: float, rng: Generator) -> Array:
-    """Draw as many states from kernels about them that leave mean and covariance: Liu and West (2001).
+def smoothed(states: Array, weights: Array, n: int, width: float, rng: Generator) -> Array:
+    """Draw n states from kernels about some that leave mean and covariance: Liu and West (2001).
 
     ``width`` is that of the kernel, in deviations of the cloud.
     """
-    n, (mean, covariance) = len(states), proper_moments(states, weights)
+    mean, covariance = proper_moments(states, weights)
     drawn = mean + math.sqrt(1 - width**2) * (_kernels.gather(states, resample(weights, n, rng), n) - mean)
-    drawn += width * rng.standard_normal(states.shape) @ np.linalg.cholesky(covariance).T
+    drawn += width * rng.standard_normal(drawn.shape) @ np.linalg.cholesky(covariance).T
     return np.asfortranarray(drawn)
 
 

@@ -1,7 +1,8 @@
 """What a first pass of the tracker says of a radar: how often it sees ships, how much else, and whether they are hulls.
 
 Tracks of ships that are missed more often than was assumed are lost, and what is seen of them counts as false: the
-recording is therefore tracked again with what was counted, until that is what was assumed.
+recording is therefore tracked again with what was counted, until that is what was assumed. First all plots are taken
+for false: were far fewer assumed than come, each would begin a track.
 """
 
 from __future__ import annotations
@@ -9,16 +10,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import islice
+from typing import Any
 
 import numpy as np
 
 from elusive.charts import Water
 from elusive.contracts import Array
 from elusive.motion import ConstantVelocity
-from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
-from elusive.sensors.range_bands import BANDS, SECTORS, uniform
+from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.fast import Fast
@@ -38,6 +39,7 @@ from elusive.tracking.detections import DetectionTracker
 SCANS, TRIALS = 300, 10  # of a recording, by which it is judged before it is tracked; least of confirmed tracks
 LOOKS = 2  # at ground: cells are as wide as plots err, which is known when it is left out
 PASSES, AS_ASSUMED = 3, 0.03  # at most, and the probability of detection that differs no more from what was assumed
+BY_HULLS = 0.5  # of what comes in bunches of points, that may come so beside hulls
 EVEN = 0.1  # of the false alarms, that lie in other bands of range or other sectors than was assumed
 LEAST_DETECTED, MOST_DETECTED = 0.2, 0.99  # beyond it a scan without a plot is the end of a track
 FEWEST = 0.01  # false alarms a scan: were there none ever, each plot would be its own ship's
@@ -74,33 +76,36 @@ def fitted(
         return parameters, seen
 
     def bound(asked: RadarTracking) -> tuple[DetectionTracker, Water | None]:
-        _, tracker, laid = bind_all(asked, seen, around, outline)
+        _, tracker, laid = bind_all(asked.replace(particles=asked.fewer), seen, around, outline)
         return tracker, laid.water
 
     if around.charted is None:
         parameters, seen = grounded(parameters, seen, scans)
         radar = parameters.radar
-    patches, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
+    begin, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
+    parameters = parameters.replace(extent="point") if undecided else parameters
+    asked = partial(heard_by, bound, scans, sea=OPEN_SEA, way=seen.way[:, 1:], first=SCANS)
+    heard = asked(parameters, begin=begin, passes=1)
+    if heard.bunched > MOST:  # of ships in company each plot is one's
+        behind, trailing, without = START, False, seen
+        if parameters.extent != "hull" and "false_alarm_wakes" in radar.unplaced:
+            for _ in range(2):
+                wakes = asked(parameters, begin={**begin, "false_alarm_wakes": behind}, passes=1)
+                if not wakes.behind:
+                    break
+                behind, seen = wakes.behind, seen._replace(errors=wakes.errors or seen.errors)
+            trailing = bool(wakes.wakes) and not wakes.bunched > MOST
+        if trailing:
+            heard, begin = wakes, {**begin, "false_alarm_wakes": behind}
+        else:
+            seen = without
+        if undecided and not trailing:
+            along = asked(parameters.replace(extent="hull"), begin=begin, passes=1)
+            if along.bunched < BY_HULLS * heard.bunched:
+                parameters, heard = parameters.replace(extent="hull"), along
+    heard = asked(parameters, begin=begin, heard=heard)
     found = {name: getattr(radar.bind(seen), name) for name in radar.untold}
     shown = {"false_alarms"} if seen.errors is None else {"false_alarms", "range_sd_m", "bearing_sd_mrad"}
-    begin: Mapping[str, tuple[object, ...]] = {"false_alarm_patches": patches}
-    asked = partial(heard_by, bound, scans, sea=OPEN_SEA, way=seen.way[:, 1:], first=SCANS)
-    for extent in ("point", "hull") if undecided else (parameters.extent,):
-        parameters, without = parameters.replace(extent=extent), seen
-        heard = asked(parameters, begin=begin)
-        if not heard.bunched > MOST:  # of ships in company each plot is one's
-            break
-        if extent == "hull" or "false_alarm_wakes" not in radar.unplaced:
-            continue
-        wakes = asked(parameters, begin={**begin, "false_alarm_wakes": START}, passes=1)
-        if wakes.behind:
-            seen = seen._replace(errors=wakes.errors or seen.errors)
-            wakes = asked(parameters, begin={**begin, "false_alarm_wakes": wakes.behind})
-        if wakes.wakes and not wakes.bunched > MOST:
-            heard = wakes
-            found |= {name: getattr(radar.bind(seen), name) for name in radar.untold}
-            break
-        seen = without
     if "detection_probability" in found and heard.trials >= TRIALS:
         shown.add("detection_probability")
         found["detection_probability"] = float(f"{possible(heard.detected):.3g}")
@@ -119,9 +124,10 @@ def heard_by(
     parameters: RadarTracking,
     sea: float,
     way: Array,
-    begin: Mapping[str, tuple[object, ...]],
+    begin: Mapping[str, Any],
     first: int | None = None,
     passes: int = PASSES,
+    heard: Heard | None = None,
 ) -> Heard:
     """Count what a radar sees of confirmed tracks, and beside them where P(water) is ``sea`` at least.
 
@@ -138,23 +144,27 @@ def heard_by(
     way
         Of the radar, ``(S, 2)`` [m].
     begin
-        What is assumed first of where false alarms lie, by name, as far as it is not told.
+        What is assumed first of false alarms, by name, as far as it is not told.
     first
         Number of scans that are tracked; None: all.
     passes
         At most.
+    heard
+        What a first of them said; None: it is made.
     """
-    told, shares, sectors = parameters.radar, uniform(BANDS), (1 / SECTORS,) * SECTORS
-    assumed = {name: value for name, value in begin.items() if name in told.unplaced}
+    told = parameters.radar
+    assumed = {name: value for name, value in begin.items() if name in (*told.untold, *told.unplaced)}
+    shares, sectors = (assumed.get(f"false_alarm_{name}", ()) for name in ("shares", "sectors"))
     parameters = parameters.replace(radar=told.replace(**assumed))
     for number in range(passes):
         tracker, water = bound(parameters)
         counts, sensor = Counts(sea), tracker.sensor
         assert isinstance(sensor, RadarSensor)
         wakes, patches = parameters.radar.trails(sensor), sensor.false_alarm_patches
-        for step in track_radar(islice(scans, first), tracker, parameters):
-            counts.add(step, sensor, water, parameters.radar)
-        heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
+        if number or heard is None:
+            for step in track_radar(islice(scans, first), tracker, parameters):
+                counts.add(step, sensor, water, parameters.radar)
+            heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
         as_spread = told.false_alarm_shares is not None or _apart(heard.alarms.shares, shares) < EVEN
@@ -172,6 +182,7 @@ def heard_by(
         if told.false_alarms is None:
             radar = radar.replace(false_alarms=max(heard.alarms.false, FEWEST))
         parameters = parameters.replace(radar=radar)
+    assert heard is not None
     return heard
 
 
@@ -207,21 +218,24 @@ def looked_at(
     seen: RadarSurvey,
     sea: float,
     first: int | None = None,
-) -> tuple[tuple[Patch, ...], RadarSurvey]:
-    """Find patches of false alarms among all plots, and the errors and speeds that plots beside them show.
+) -> tuple[dict[str, Any], RadarSurvey]:
+    """Take all plots for false, and find the errors and speeds that those beside patches of them show.
 
-    Begun without, tracks of a dense patch would keep it from being known, and three of its plots in a row pass for a
-    ship's.
+    Begun without patches, tracks of a dense one would keep it from being known, and three of its plots in a row pass
+    for a ship's.
+
+    Returns
+    -------
+    tuple
+        How many there are and where they lie, by name, and the look.
     """
-    told = parameters.radar
-    if "false_alarm_patches" not in told.unplaced:
-        return told.false_alarm_patches or (), seen
     tracker, water = bound(parameters)
     counts, sensor = Counts(sea), tracker.sensor
     assert isinstance(sensor, RadarSensor)
     for scan in islice(scans, first):
         counts.look(rest_of(scan, parameters, sensor), sensor, water)
-    patches = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor).alarms.patches
+    heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor)
+    patches = heard.alarms.patches if "false_alarm_patches" in parameters.radar.unplaced else ()
     if patches:
         triples, fast = Triples(), Fast()
         for scan in islice(scans, first):
@@ -229,7 +243,7 @@ def looked_at(
             triples.add(rest)
             fast.add(rest)
         seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted)
-    return patches, seen
+    return {"false_alarms": max(heard.alarms.false, FEWEST), **spread(parameters.radar, heard)}, seen
 
 
 def rest_of(scan: RadarScan, parameters: RadarTracking, sensor: RadarSensor) -> RadarScan:

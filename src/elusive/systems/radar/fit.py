@@ -70,10 +70,10 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     asked = RadarTracking()
     if water is None:  # the places of ground are the recording's alone, and not told
         asked, seen = grounded(asked, seen, scans)
-    patches, seen = looked_at(bound, scans, asked, seen, HALF)
+    begin, seen = looked_at(bound, scans, asked, seen, HALF)
     assert seen.errors is not None
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd
-    heard = heard_by(bound, scans, asked, HALF, seen.way[:, 1:], {"false_alarm_patches": patches})
+    heard = heard_by(bound, scans, asked, HALF, seen.way[:, 1:], begin)
     detected, trials, (false, shares, sectors, patches), lives, wakes = heard[:5]
     beside = "plots of no track" + ("" if water is None else ", at sea") + patched(patches)
     told = f"{seen.errors.targets:.0f} triples of plots of targets"

@@ -23,6 +23,7 @@ from elusive.systems.radar.recorded import RecordedRadar
 from elusive.tracking.detections import DetectionRules, DetectionTracker
 from elusive.tracking.fixed_echoes import Backdrop
 
+FEWER, FEWEST = 4, 300  # times fewer particles where less has to be known, and how many there are at least then
 BEHAVIOURS = {  # of the coast's error, with which each of its parameters counts
     "coast_correlation_m": ("persistent", "bias"),
     "coast_share": ("persistent",),
@@ -112,6 +113,11 @@ class RadarTracking(Model):
                 raise ParameterError(f"{name}: has no meaning for {reason}; leave it out.")
         return self
 
+    @property
+    def fewer(self) -> int:
+        """Number of particles of what begins, and of tracks by which a radar is judged: few plots are a ship's."""
+        return max(self.particles // FEWER, min(self.particles, FEWEST))
+
     def check_uncharted(self) -> None:
         """Refuse what was told of the use of a chart, where there is none.
 
@@ -160,7 +166,7 @@ class RadarTracking(Model):
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
             **rules, motion=motion, sensor=sensor, knowledge=(*knowledge, *self.constraints), backdrop=backdrop,
-            trails=self.radar.trails(sensor), particles=self.particles,
+            trails=self.radar.trails(sensor), particles=self.particles, fewer=self.fewer,
         )  # fmt: skip
 
 
