@@ -10,20 +10,23 @@ from elusive.systems.radar.second_time import second_time_finding
 TIMES_S, ERRORS, REACH_M, UNAMBIGUOUS_M = 2.5 * np.arange(160), (10.0, 3e-3), 8000.0, 9000.0
 
 
-def recording(seed: int, beyond: int) -> dict[int, Array]:
-    """Sightings of four ships and some beyond, numbered from 101; each turns slowly, now here, now there."""
+def recording(seed: int, beyond: int, times_s: Array = TIMES_S, *, turn: bool = False) -> dict[int, Array]:
+    """Sightings of four ships and some beyond, numbered from 101, each slowly, now here, now there, or once, by far."""
     rng = np.random.default_rng([seed, 15])
     rows = dict[int, Array]()
     for number in [*range(4), *range(101, 101 + beyond)]:
         near = UNAMBIGUOUS_M if number > 100 else 0.0
         far, angle, course, speed = rng.uniform([1500, 0, 0, 4], [6000, 2 * np.pi, 2 * np.pi, 10])
-        heading = course + np.cumsum(np.cumsum(rng.normal(0, 3e-5, len(TIMES_S))))
+        heading = course + np.cumsum(np.cumsum(rng.normal(0, 3e-5, len(times_s))))
+        if turn:
+            begin, lasts, circle = rng.uniform([0, 60, 180], [400, 150, 500])
+            heading = course + rng.choice([-1, 1]) * 2 * np.pi / circle * (times_s - begin).clip(0, lasts)
         way = np.cumsum(2.5 * speed * np.column_stack([np.sin(heading), np.cos(heading)]), axis=0)
         places = (near + far) * np.array([np.sin(angle), np.cos(angle)]) + way
-        r = np.hypot(*places.T) - near + rng.normal(0, ERRORS[0], len(TIMES_S))
-        b = np.arctan2(*places.T) + rng.normal(0, ERRORS[1], len(TIMES_S))
-        seen = (r > 100) & (r < REACH_M) & (rng.random(len(TIMES_S)) < 0.85)
-        rows[number] = np.column_stack([TIMES_S, r * np.sin(b), r * np.cos(b)])[seen]
+        r = np.hypot(*places.T) - near + rng.normal(0, ERRORS[0], len(times_s))
+        b = np.arctan2(*places.T) + rng.normal(0, ERRORS[1], len(times_s))
+        seen = (r > 100) & (r < REACH_M) & (rng.random(len(times_s)) < 0.85)
+        rows[number] = np.column_stack([times_s, r * np.sin(b), r * np.cos(b)])[seen]
     return rows
 
 
@@ -36,6 +39,14 @@ def test_echoes_of_the_pulse_before_are_named_and_ships_are_not() -> None:
             names = one.sentence.split(" go")[0].split(" ", 1)[1].split(", ")
             assert sum(int(name) > 100 for name in names) > len(names) / 2
     assert all(second_time_finding(recording(seed, 0), REACH_M, *ERRORS).holds for seed in range(4))
+
+
+def test_echoes_of_ships_that_turn_are_named_and_ships_that_turn_are_not() -> None:
+    """A ship keeps its speed as it turns, and its echo, shown too near, does not seem to."""
+    times_s = 2.5 * np.arange(220)
+    named = [second_time_finding(recording(seed, 3, times_s, turn=True), REACH_M, *ERRORS) for seed in range(60, 63)]
+    assert sum(not one.holds for one in named) >= 2
+    assert all(second_time_finding(recording(seed, 0, times_s, turn=True), REACH_M, *ERRORS).holds for seed in (63, 64))
 
 
 def test_what_rests_and_what_is_short_say_nothing() -> None:
