@@ -87,7 +87,8 @@ def fitted(
     asked = partial(heard_by, bound, scans, sea=OPEN_SEA, way=seen.way[:, 1:], first=SCANS)
     heard = asked(parameters, begin=begin, passes=1)
     if heard.bunched > MOST:  # of ships in company each plot is one's
-        behind, trailing, without = START, False, seen
+        behind: tuple[float, ...] = START
+        trailing, without = False, seen
         if parameters.extent != "hull" and "false_alarm_wakes" in radar.unplaced:
             for _ in range(2):
                 wakes = asked(parameters, begin={**begin, "false_alarm_wakes": behind}, passes=1)
