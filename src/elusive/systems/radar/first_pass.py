@@ -153,8 +153,8 @@ def heard_by(
     heard
         What a first of them said; None: it is made.
     """
-    told = parameters.radar
-    assumed = {name: value for name, value in begin.items() if name in (*told.untold, *told.unplaced)}
+    told, free = parameters.radar, parameters.radar.unplaced
+    assumed = {name: value for name, value in begin.items() if name in (*told.untold, *free)}
     shares, sectors = (assumed.get(f"false_alarm_{name}", ()) for name in ("shares", "sectors"))
     parameters = parameters.replace(radar=told.replace(**assumed))
     for number in range(passes):
@@ -168,12 +168,12 @@ def heard_by(
             heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, way), sensor, every=not number)
         told_detected = told.detection_probability is not None or heard.trials < TRIALS
         as_assumed = told_detected or abs(heard.detected - sensor.detection_probability) < AS_ASSUMED
-        as_spread = told.false_alarm_shares is not None or _apart(heard.alarms.shares, shares) < EVEN
-        as_turned = told.false_alarm_sectors is not None or _apart(heard.alarms.sectors, sectors) < EVEN
+        as_spread = "false_alarm_shares" not in free or _apart(heard.alarms.shares, shares) < EVEN
+        as_turned = "false_alarm_sectors" not in free or _apart(heard.alarms.sectors, sectors) < EVEN
         now, before = (sum(patch[-1] for patch in where) for where in (heard.alarms.patches, patches))
-        as_patched = told.false_alarm_patches is not None or abs(now - before) <= EVEN * (now + heard.alarms.false)
+        as_patched = "false_alarm_patches" not in free or abs(now - before) <= EVEN * (now + heard.alarms.false)
         trailing, before = (sum(one[:1]) for one in (heard.wakes, () if wakes is None else wakes[1:]))
-        as_trailing = told.false_alarm_wakes is not None or abs(trailing - before) < EVEN
+        as_trailing = "false_alarm_wakes" not in free or abs(trailing - before) < EVEN
         if as_assumed and as_spread and as_turned and as_patched and as_trailing:
             break
         shares, sectors = heard.alarms.shares, heard.alarms.sectors

@@ -166,7 +166,8 @@ class RadarTracking(Model):
         rules = {name: getattr(self.tracker, name) for name in DetectionRules.model_fields}
         return DetectionTracker(
             **rules, motion=motion, sensor=sensor, knowledge=(*knowledge, *self.constraints), backdrop=backdrop,
-            trails=self.radar.trails(sensor), particles=self.particles, fewer=self.fewer,
+            trails=self.radar.trails(sensor), particles=self.particles,
+            fewer=None if isinstance(sensor, HullRadar) else self.fewer,  # a hull's length is known by few of them
         )  # fmt: skip
 
 
