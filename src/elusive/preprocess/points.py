@@ -7,7 +7,6 @@ and amplitude (van Trees (1968), section 4.4), that of all points together.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +22,7 @@ HALF_PX = 8  # of a patch
 OFFSETS_PX = np.linspace(-0.5, 0.5, 5)  # of a point from its pixel's centre
 FALSE_POINTS = 0.5  # of noise, that all frames together may show
 MOST = 4000  # points kept, the highest
+SINGLE, WIDER = 0.4, 1.3  # share of points that no other overlaps, at least, and how much wider than these others are
 
 
 class Points(NamedTuple):
@@ -39,6 +39,7 @@ class Placed(NamedTuple):
 
     places_px: Array  # (k, 2) x, y, between pixels
     deviation_px: Array  # (k,) of each along an axis, at best (Cramer-Rao)
+    bright: NDArray[np.bool_]  # (k,) whether it is brighter than the level
 
 
 class PointFinder:
@@ -71,7 +72,7 @@ class PointFinder:
         if len(self._found) > 2 * MOST:
             self._found = sorted(self._found, key=lambda one: -one[0])[:MOST]
         self._count += 1
-        return placed(responses, peaks, COARSE_PX)
+        return _placed(responses, peaks)
 
     @property
     def points(self) -> Points:
@@ -85,18 +86,8 @@ class PointFinder:
         )
 
 
-def placed(responses: Array, peaks: NDArray[np.int64], widths_px: Sequence[float]) -> Placed:
-    """Place peaks between pixels, by parabolas of the strongest response.
-
-    Parameters
-    ----------
-    responses
-        ``(widths, rows, columns)`` of matched filters [deviations].
-    peaks
-        ``(k, 2)`` row, column.
-    widths_px
-        Of the filters.
-    """
+def _placed(responses: Array, peaks: NDArray[np.int64]) -> Placed:
+    """Place peaks ``(k, 2)`` of responses ``(widths, rows, columns)`` between pixels, by parabolas of the strongest."""
     row, column = peaks.T
     heights = np.abs(responses[:, row, column])
     best = heights.argmax(axis=0) if len(peaks) else np.zeros(0, np.int64)
@@ -108,7 +99,8 @@ def placed(responses: Array, peaks: NDArray[np.int64], widths_px: Sequence[float
         after = padded[best, row + 1 + down, column + 1 + along]
         bend = np.maximum(2 * most - before - after, 1e-9 * most)
         places[:, axis] = (column, row)[axis] + np.clip(0.5 * (after - before) / bend, -0.5, 0.5)
-    return Placed(places, math.sqrt(2) * np.array(widths_px)[best] / np.maximum(most, 1e-9))
+    deviation = math.sqrt(2) * np.array(COARSE_PX)[best] / np.maximum(most, 1e-9)
+    return Placed(places, deviation, responses[best, row, column] > 0)
 
 
 def responses_of(points: Points) -> Array:
@@ -127,6 +119,12 @@ def width_of(responses: Array) -> float:
     bend = before - 2 * here + after
     shift = float(np.clip(0.5 * (before - after) / bend, -1, 1)) if bend < 0 else 0.0
     return float(np.exp(np.interp(best + shift, np.arange(len(score)), np.log(WIDTHS_PX))))
+
+
+def single_width_of(responses: Array) -> float:
+    """Return the width of points that are by themselves [px]: two that overlap are found as one, and that is wider."""
+    own = WIDTHS_PX[responses.argmax(axis=1)]
+    return width_of(responses[own <= WIDER * np.quantile(own, SINGLE)])
 
 
 def peaks_of(responses: Array, width_px: float) -> Array:

@@ -86,6 +86,16 @@ WRONG = {
         (*WHITE, *SEVERAL, "--snr-db", 28),
         "targets.left-over",
     ),
+    "too small a point spread": (
+        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=2.0),
+        (*WHITE, "--psf-sigma", 1),
+        "targets.spread",
+    ),
+    "too large a point spread": (
+        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=1.0),
+        (*WHITE, "--psf-sigma", 2),
+        "targets.spread",
+    ),
     "time last": (lambda: scene().transpose(1, 2, 0), ("--noise-sigma", 20), "frames.axes"),
     "time between": (lambda: scene().transpose(1, 0, 2), ("--noise-sigma", 20), "frames.axes"),
 }

@@ -14,7 +14,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io import FrameSource
 from elusive.preprocess.peaks import PeakFinder
-from elusive.preprocess.points import PointFinder, peaks_of, responses_of, width_of
+from elusive.preprocess.points import PointFinder, peaks_of, responses_of, single_width_of
 from elusive.systems.images.frame_facts import FrameFacts, Law
 from elusive.systems.images.turning import Power, Turning
 from elusive.systems.images.white_checks import CORRELATION, LEVEL, clearly
@@ -124,7 +124,7 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law, interval_s: flo
     most = responses.max(axis=1, initial=0.0)
 
     def snr_db(chosen: Chosen) -> Array:
-        heights = peaks_of(responses[chosen], width_of(responses[chosen]))
+        heights = peaks_of(responses[chosen], single_width_of(responses[chosen]))
         return np.asarray(20 * np.log10(np.maximum(heights, 1e-3)))
 
     faintest = most <= np.quantile(most, 0.1) if len(most) else np.zeros(0, bool)
@@ -132,7 +132,7 @@ def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law, interval_s: flo
     if len(most):  # as faint as the faintest would be at the level itself
         least = float(np.median(snr_db(faintest)) - 20 * np.log10(np.median(most[faintest]) / points.level))
     part = points.frame * PARTS // max(facts.count, 1)
-    seen = _Seen(part, points.bright, snr_db, lambda chosen: width_of(responses[chosen]), least)
+    seen = _Seen(part, points.bright, snr_db, lambda chosen: single_width_of(responses[chosen]), least)
     polarity, width, brightness = _points(seen)
     sensor: dict[str, Any] = {"kind": "white", "noise_sigma": float(sigma.value)}
     tree: dict[str, Any] = {"pedestal": float(pedestal.value), "filter": {"kind": "several", "sensor": sensor}}

@@ -1,4 +1,4 @@
-"""Points of white frames that no track explains, or that lie beside theirs: what the filter was told not to expect."""
+"""Points of white frames against tracks: far from all, beside the one that has them, or wider than was told."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-from scipy import ndimage
-from scipy.special import ndtri
 
 from elusive.checks import Fact, Finding
 from elusive.contracts import Array
-from elusive.preprocess.points import placed
+from elusive.preprocess.points import PointFinder, responses_of, single_width_of
 from elusive.sensors import ImageSensor
 
-FALSE_POINTS, FRAMES = 0.5, 1000  # of noise, over so many frames
+FRAMES = 1000  # in which noise may make half a point
 PIXELS = 256 * 256  # of a frame; of a larger one every so-many-th is looked at
 NEAR = 4.0  # point spreads from a track within which it explains a point
 LEAST, SHARE = 6, 0.4  # points left over, and their share of all, from which they are no chance
@@ -23,6 +21,7 @@ BESIDE, PIXEL = (
     0.1,
 )  # deviations of a point's place within which a track is at it, and what is not known of a pixel
 ASTRAY = 0.2  # share of points beside whose place their track is; e^-8 of them by chance
+ENOUGH, WIDER = 12, 1.35  # points that tell a width, and how many times that told it may be, or that this
 
 
 class LeftOver:
@@ -38,12 +37,7 @@ class LeftOver:
         self._width_px, self._sigma = sensor.spread_px, sensor.noise_sigma
         pixels = sensor.rows * sensor.columns
         self._every, self._count = 1 + pixels // PIXELS, 0
-        self._level = float(-ndtri(FALSE_POINTS / (pixels * FRAMES)))
-        reach = int(4 * self._width_px + 0.5) + 1
-        impulse = np.zeros(2 * reach + 1)
-        impulse[reach] = 1.0
-        kernel = ndimage.gaussian_filter1d(impulse, self._width_px)
-        self._deviation = float(kernel @ kernel)  # of white noise of deviation one, filtered both ways
+        self._finder = PointFinder(pixels * FRAMES)
         self.explained = self.left = self.beside = 0
         self._off_px: list[float] = []
 
@@ -52,20 +46,36 @@ class LeftOver:
         self._count += 1
         if (self._count - 1) % self._every:
             return
-        response = ndimage.gaussian_filter(np.nan_to_num(frame), self._width_px, mode="constant")
-        response /= self._deviation * self._sigma
-        tops = (response > self._level) & (response == ndimage.maximum_filter(response, 2 * int(NEAR) + 1))
-        points, tracks = placed(response[None], np.argwhere(tops), [self._width_px]), np.array(list(places))
-        away = np.linalg.norm(points.places_px[:, None] - tracks.reshape(1, -1, 2), axis=2).min(axis=1, initial=np.inf)
+        found, tracks = self._finder.add(frame / self._sigma), np.array(list(places)).reshape(1, -1, 2)
+        points, deviation_px = found.places_px[found.bright], found.deviation_px[found.bright]
+        away = np.linalg.norm(points[:, None] - tracks, axis=2).min(axis=1, initial=np.inf)
         near = away < NEAR * max(self._width_px, 1.0)
-        astray = near & (away > BESIDE * np.hypot(points.deviation_px, PIXEL))
+        astray = near & (away > BESIDE * np.hypot(deviation_px, PIXEL))
         self._off_px += away[astray].tolist()
         self.beside += int(astray.sum())
         self.explained, self.left = self.explained + int(near.sum()), self.left + int((~near).sum())
 
     def findings(self, *, grave: bool) -> list[Finding]:
-        """Return what is left over, grave where every target was to be followed, and what tracks are beside."""
-        return [self._left(grave=grave), self._beside()]
+        """Return what is left over, grave where every target was to be followed, how wide points are, and their tracks.
+
+        Tracks are beside points that are wider than was told, too, and of these that is said alone.
+        """
+        wide = self._wide()
+        return [self._left(grave=grave), wide, *([self._beside()] if wide.holds else [])]
+
+    def _wide(self) -> Finding:
+        points = self._finder.points
+        bright = points._replace(patches=points.patches[points.bright])
+        count = len(bright.patches)
+        seen_px = single_width_of(responses_of(bright)) if count >= ENOUGH else math.nan
+        ratio = seen_px / self._width_px
+        what = "one target is taken for several" if ratio > 1 else "places are surer, or less sure, than they can be"
+        return Fact(self._width_px, seen_px, not (ratio > WIDER or ratio < 1 / WIDER), count).finding(
+            "targets.spread",
+            f"Points are {seen_px:.2g} px wide, as {count} of them say that stand out of the noise, where "
+            f"{self._width_px:g} was told: {what}.",
+            f"Give --psf-sigma {seen_px:.2g}.",
+        )
 
     def _beside(self) -> Finding:
         share = self.beside / self.explained if self.explained else 0.0
