@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from elusive.contracts import Array
 from elusive.errors import ParameterError
 from elusive.filters.gaussian.factor_graph import FactorGraphFilter
 from elusive.filters.gaussian.interacting import InteractingFilter
@@ -187,6 +189,10 @@ class BearingTracking(Model):
     def sensor_sigma_deg(self) -> tuple[float, ...] | None:
         """Deviation of each sensor's bearing [deg]; None: they are alike."""
         return None if self.sensor_times is None else tuple(self.deviation_deg * one for one in self.sensor_times)
+
+    def sigmas_rad(self, sensors: int) -> Array:
+        """Deviations of bearings of so many sensors, ``(n,)`` [rad]."""
+        return np.deg2rad(self.sensor_sigma_deg or (self.deviation_deg,) * sensors)
 
     @property
     def plain_motion(self) -> PlainMotion:

@@ -58,9 +58,9 @@ class CrowdScale(NamedTuple):
     crossed: float  # share of the tracks' times whose bearings come of two sensors at most, where three or more listen
 
 
-def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> CrowdScale:
+def crowd_scale(steps: Sequence[Step], sites: SensorSites, parameters: BearingTracking) -> CrowdScale:
     """Compare bearings with the confirmed tracks of their times, which have used them."""
-    sigma, places = math.radians(sigma_deg), sites.positions_m[:, :2]
+    sigmas, places = parameters.sigmas_rad(len(sites.names)), sites.positions_m[:, :2]
     sizes, free, total, before = list[Array](), list[Array](), 0, dict[int, Array]()
     count, following, repeated, chance = 0, 0, 0, 0.0
     hits = dict[int, dict[int, list[int]]]()
@@ -68,6 +68,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
         sure = [track for track in step.tracks if track.status == "confirmed"]
         now = dict[int, Array]()
         for number in np.unique(step.measurement.sensor).tolist():
+            sigma = sigmas[number]
             angle = step.measurement.azimuth_rad[step.measurement.sensor == number]
             away, seen = away_of(sure, places[number], angle)
             reach: Array = NEAR * np.sqrt(sigma**2 + seen)
@@ -98,13 +99,14 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, sigma_deg: float) -> 
 
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
     """Check that no track lies for long beside the bearings that it takes for its own, as one of two emitters' does."""
-    sigma, places = math.radians(parameters.deviation_deg), sites.positions_m[:, :2]
+    sigmas, places = parameters.sigmas_rad(len(sites.names)), sites.positions_m[:, :2]
     most = ASTRAY * persists(parameters)
     squares = dict[int, list[tuple[float, float, float]]]()  # of each track: time, sum, and what is expected of it
     for step in steps:
         sure = [track for track in step.tracks if track.status == "confirmed"]
         total, expected = np.zeros(len(sure)), np.zeros(len(sure))
         for number in np.unique(step.measurement.sensor).tolist() if sure else ():
+            sigma = sigmas[number]
             away, seen = away_of(sure, places[number], step.measurement.azimuth_rad[step.measurement.sensor == number])
             closest = away.min(axis=1)
             near = (closest < NEAR * np.sqrt(sigma**2 + seen)) & (seen < BLURRED**2 * sigma**2)
@@ -153,7 +155,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     off = learnt_norths_finding(norths, parameters, sites)
     assert isinstance(parameters.emitters, SeveralEmitters)
     parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_spread_deg2=None))
-    scale = crowd_scale(steps, sites, parameters.deviation_deg)
+    scale = crowd_scale(steps, sites, parameters)
     error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
     wide = scale.number >= LEAST and scale.half > WIDE + error
     ghosts = scale.crossed > CROSSED
@@ -246,6 +248,6 @@ def _cause(
 
 def _leaves(heard: list[BearingSet], parameters: BearingTracking, sites: SensorSites, wanted: float) -> bool:
     """Say whether tracks leave no more than a share, and what is near them lies as it should."""
-    other = crowd_scale(list(track_several(heard, parameters, sites)), sites, parameters.deviation_deg)
+    other = crowd_scale(list(track_several(heard, parameters, sites)), sites, parameters)
     fits = other.left < wanted and not coherent(other) and other.number >= LEAST
     return fits and other.half < WIDE and other.crossed < CROSSED
