@@ -1,6 +1,6 @@
 # make demo   sets everything up and finds a target too weak to see
 # make test   sets everything up and runs the whole suite
-# The other targets: validate, bench, lint, docs, figures, clean.
+# The other targets: validate, thorough, bench, lint, docs, figures, clean.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -16,7 +16,7 @@ export PIP_NO_INPUT = 1
 export PYTHONDONTWRITEBYTECODE =
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test validate bench lint docs figures clean
+.PHONY: help demo test validate thorough bench lint docs figures clean
 .DELETE_ON_ERROR:
 
 help:
@@ -27,13 +27,17 @@ demo: $(VENV)/.core
 
 # processes for two cores, of which some often wait for a browser, a server, or a kernel that another one compiles;
 # threads of linear algebra would only wait for each other
-test validate: export OPENBLAS_NUM_THREADS = 1
+test validate thorough: export OPENBLAS_NUM_THREADS = 1
 
 test: $(VENV)/.dev
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
 
 validate: $(VENV)/.docs
 	$(BIN)/python -m pytest -m validate -n $(JOBS) --dist worksteal
+
+# many drawn worlds of each system, and long runs: hours
+thorough: $(VENV)/.dev
+	$(BIN)/python -m pytest -m thorough -n $(JOBS) --dist worksteal
 
 bench: $(VENV)/.dev
 	$(BIN)/python -m pytest benchmarks

@@ -84,7 +84,9 @@ def test_example_runs(block: Block) -> None:
     exec(compile(block.text, block.label, "exec", dont_inherit=True), {"__name__": "example"})
 
 
-@pytest.mark.parametrize("line", longer(COMMANDS, "elusive reproduce mendieta2017 --out results"))
+@pytest.mark.parametrize(
+    "line", longer(COMMANDS, "elusive reproduce mendieta2017 --out results", marks=pytest.mark.validate)
+)
 def test_command_runs(
     line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -197,7 +197,7 @@ def test_the_angle() -> None:
     assert [_angle(0.0, 1.0), _angle(0.0, 0.0), _angle(0.0, -1.0)] == [0, 0, np.pi]
 
 
-@pytest.mark.parametrize("name", longer(CELLS, "US4MD81M"))
+@pytest.mark.parametrize("name", longer(CELLS, "US4MD81M", marks=pytest.mark.validate))
 def test_real_cells(name) -> None:
     check(cell(name), 40)
 

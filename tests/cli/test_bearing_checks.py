@@ -306,7 +306,7 @@ def test_a_wrong_input_of_several_emitters_is_named(tmp_path, capsys, name):
     assert any(sentence in said for sentence in sentences), said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_right_inputs_of_several_emitters_have_no_finding(tmp_path, capsys):
     remarks = 0
     for seed in range(20):
@@ -377,7 +377,7 @@ PLACE = {
     ("name", "told"),
     [
         *((name, True) for name in PLACE),
-        *(pytest.param(name, False, marks=pytest.mark.validate) for name in PLACE if name != "too sure"),
+        *(pytest.param(name, False, marks=pytest.mark.thorough) for name in PLACE if name != "too sure"),
     ],
 )
 def test_a_wrong_place_is_named(tmp_path, capsys, name, told):

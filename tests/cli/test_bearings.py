@@ -306,7 +306,7 @@ def test_what_tells_no_place_is_said(flight, tmp_path, capsys, rows, sentence):
     assert "one is missing; give both or none" in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_simulated_emitters_are_tracked_as_the_command_says(flight, tmp_path, capsys, monkeypatch):
     ways = [tmp_path / f"way{k}.csv" for k in range(2)]
     for way, corners in zip(ways, ("-50,20\n60,60", "60,-40\n-40,40"), strict=True):

@@ -191,7 +191,7 @@ def test_what_is_said_of_a_path_stands_as_it_is(capsys: pytest.CaptureFixture[st
     assert f"Written to {path}" in capsys.readouterr().err
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.usefixtures("painted")
 def test_the_demo_is_the_same_for_the_same_seed_and_another_for_another(
     elusive_in: Callable[..., Ran], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

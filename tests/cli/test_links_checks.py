@@ -64,8 +64,8 @@ def test_the_recorded_log_is_right(basement, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("change", "name", "words"),
     [
-        pytest.param(lambda lines: lines[:9], "links.reciprocity", "read with nine", marks=pytest.mark.validate),
-        pytest.param(lambda lines: lines[::-1], "links.path-loss", "in another order", marks=pytest.mark.validate),
+        pytest.param(lambda lines: lines[:9], "links.reciprocity", "read with nine", marks=pytest.mark.thorough),
+        pytest.param(lambda lines: lines[::-1], "links.path-loss", "in another order", marks=pytest.mark.thorough),
     ],
 )
 def test_nodes_that_are_not_the_logs(basement, tmp_path, capsys, change, name, words):
@@ -87,7 +87,7 @@ def test_other_units_of_length_are_refused(basement, tmp_path, capsys, factor, w
     assert words in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @recorded
 def test_two_nodes_that_are_exchanged_are_named(basement, tmp_path, capsys):
     nodes = rewritten(basement, tmp_path, lambda lines: [lines[5], *lines[1:5], lines[0], *lines[6:]])

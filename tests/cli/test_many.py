@@ -102,7 +102,7 @@ def killed(flights, out, after, *where):
         process.stderr.close()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_killed_and_resumed_by_two_processes_it_writes_the_same_bytes(flights, alone, tmp_path, capsys):
     out = tmp_path / "out"
@@ -135,7 +135,7 @@ def test_a_worker_lets_go_of_its_recording_when_its_pool_is_closed(tmp_path, mon
         assert known == STOPPED
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_twenty_recordings_are_equal_from_everywhere(tmp_path):
     flights = recorded(tmp_path, 20)
     assert track(flights, tmp_path / "one_by_one", "--workers", "1") == 2

@@ -69,7 +69,7 @@ def recording(run: Run, folder: Path, *options: object) -> None:
         (folder / name).write_bytes(content)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_charts_after_one_option_or_each_after_its_own(elusive_in: Run, tmp_path: Path) -> None:
     recording(elusive_in, tmp_path)
     coast(tmp_path, east=3005.0, name="other.geojson")
@@ -161,7 +161,7 @@ def test_a_map_that_leaves_no_room_is_said(elusive_in: Run, tmp_path: Path) -> N
     assert "contradict" not in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_ais_positions_as_truth(elusive_in: Run, tmp_path: Path) -> None:
     recording(elusive_in, tmp_path)
     start = 1_700_000_000  # the plots' clock and the log's

@@ -138,7 +138,7 @@ def sentences(folder: Path, later_s: float = 0.0) -> None:
     (folder / "ais.nmea").write_text("\n".join(lines))
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_sentences_have_times_of_day(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     sentences(tmp_path)

@@ -58,7 +58,7 @@ def test_what_is_right_is_not_remarked_on(elusive_in: Run, tmp_path: Path) -> No
     assert failing(tmp_path) == set()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_errors_told_too_small_are_named_and_fitted(elusive_in: Run, tmp_path: Path) -> None:
     """25 m and 6 mrad, told as 10 and 1: five tracks for each ship, and more. Not told they are found."""
     plots(tmp_path, range_sd_m=25.0, bearing_sd_mrad=6.0)
@@ -92,7 +92,7 @@ def test_ranges_in_nautical_miles_are_named(elusive_in: Run, tmp_path: Path) -> 
     assert "nautical miles" in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_nautical_miles_iso_times_and_further_columns_give_the_same_tracks(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     code, said = elusive_in(*TRACK, *RADAR, "--knowledge", "none")
@@ -112,7 +112,7 @@ def test_nautical_miles_iso_times_and_further_columns_give_the_same_tracks(elusi
     np.testing.assert_allclose(tracks(tmp_path), before, atol=1e-3)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_bearings_in_radians_are_named(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     rewritten(tmp_path, 2, np.pi / 180)
@@ -138,7 +138,7 @@ def test_longitude_and_latitude_exchanged_are_refused(elusive_in: Run, tmp_path:
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_seven_ships_of_a_turning_antenna_are_found(elusive_in: Run, tmp_path: Path) -> None:
     """Each plot has the time at which the antenna passes it."""
     rng, period, rows = np.random.default_rng(4), 2.4, []
@@ -205,7 +205,7 @@ def in_parts(lines: list[str]) -> list[str]:
     return [",".join([f"{float(row[0]) + 0.8 * (float(row[2]) // 120):g}", *row[1:]]) for row in rows]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("change", "name", "told"),
     [
@@ -242,7 +242,7 @@ def test_parts_of_a_turn_are_put_together(elusive_in: Run, tmp_path: Path) -> No
     assert len(set(tracks(tmp_path)[:, 1])) == len(WAYS)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_ships_that_break_a_constraint_are_told(elusive_in: Run, tmp_path: Path) -> None:
     """Of three ships one goes north-west, within the courses or outside of them."""
     plots(tmp_path)

@@ -25,7 +25,7 @@ def routes(folder: Path, *ways: tuple[tuple[float, float], tuple[float, float]])
     return [part for number in range(len(ways)) for part in ("--route", f"{number}.csv")]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_long_ship_is_a_hull_and_two_small_ones_beside_each_other_stay_two(elusive_in: Run, tmp_path: Path) -> None:
     ways = routes(
         tmp_path, ((-500, 3400), (300, 3400)), ((-500, 2000), (300, 2000)), ((-500, 1940), (300, 1940))

@@ -188,7 +188,7 @@ def tracks(folder: Path) -> Array:
 @pytest.mark.parametrize(
     "write",
     [
-        *(pytest.param(one, marks=pytest.mark.validate) for one in (columns_m, columns_deg, relative, places_deg)),
+        *(pytest.param(one, marks=pytest.mark.thorough) for one in (columns_m, columns_deg, relative, places_deg)),
         turning,
     ],
 )
@@ -241,10 +241,10 @@ def plots_as_metres(folder: Path) -> list[str]:
 @pytest.mark.parametrize(
     ("write", "finding"),
     [
-        pytest.param(swapped, "radar.own-heading", marks=pytest.mark.validate),
-        pytest.param(radians, "radar.own-heading", marks=pytest.mark.validate),
+        pytest.param(swapped, "radar.own-heading", marks=pytest.mark.thorough),
+        pytest.param(radians, "radar.own-heading", marks=pytest.mark.thorough),
         (degrees_as_metres, "radar.own-place"),
-        pytest.param(plots_as_metres, "radar.places", marks=pytest.mark.validate),
+        pytest.param(plots_as_metres, "radar.places", marks=pytest.mark.thorough),
     ],
 )
 def test_what_is_wrong_of_the_radars_way_is_named(elusive_in: Run, tmp_path: Path, write, finding: str) -> None:
@@ -312,7 +312,7 @@ def test_what_cannot_be_is_refused(elusive_in: Run, tmp_path: Path, write, told:
     assert told in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in: Run, tmp_path: Path) -> None:
     """Twelve echoes of a shore 3 km off, one ship 20 m before it and one at sea; the radar turns on its way."""
 
@@ -351,7 +351,7 @@ def test_a_radar_that_sails_under_a_chart_tells_ships_from_the_coast(elusive_in:
     assert "The radar's way" in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("reversed_doppler", [False, True])
 def test_a_north_that_is_off_and_a_doppler_that_is_reversed_are_named_without_a_chart(
     elusive_in: Run, tmp_path: Path, reversed_doppler: bool

@@ -205,7 +205,7 @@ def tracks_of(folder: Path) -> Array:
     return np.column_stack([table[name] for name in ("time_s", "track", "x_m", "y_m")])
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_sector_in_degrees_has_no_finding(elusive_in: Run, tmp_path: Path) -> None:
     written(tmp_path, sector(np.random.default_rng([5, 52])))
     code, said = elusive_in(*TRACK)

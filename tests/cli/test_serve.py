@@ -183,13 +183,13 @@ def test_the_health_page_answers_a_few_at_a_time_and_goes_on():
         assert said == {"title": "x"}
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_killed_it_goes_on_with_the_numbers_of_its_tracks(tmp_path, emitters):
     killed(tmp_path, emitters, 2)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no kill -9")
 def test_killed_twenty_times_it_goes_on_with_the_numbers_of_its_tracks(tmp_path, emitters):
     began_s = time.monotonic()

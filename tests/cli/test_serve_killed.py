@@ -127,14 +127,14 @@ def test_killed_it_goes_on(tmp_path, kind):
     check(source, lines, tmp_path)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", KINDS)
 def test_killed_twenty_times_it_goes_on(tmp_path, kind):
     source, lines = killed(kind, tmp_path, 20)
     check(source, lines, tmp_path)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.skipif(sys.platform != "linux", reason="asks /proc which file is written to")
 def test_a_full_disk_under_the_run_keeps_it_from_nothing_else(tmp_path):
     with site("bearings", tmp_path) as (_, config, told):

@@ -155,7 +155,7 @@ def test_the_size_of_an_object_is_fitted(elusive_in: Run, tmp_path: Path) -> Non
     assert "One object was found" in said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_of_noise_alone_no_size_is_fitted(elusive_in: Run, tmp_path: Path) -> None:
     np.save(tmp_path / "signal.npy", np.random.default_rng(2).standard_normal((20, SAMPLES)))
     code, said = elusive_in("fit", "signal", "signal.npy", "--out", "fitted.yaml")

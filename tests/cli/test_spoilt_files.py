@@ -200,7 +200,7 @@ def test_spoilt_files_end_in_a_sentence(tmp_path, kind):
     assert 0 < len(read_spoilt(tmp_path / name, contents(tmp_path), read, cases, seed=1)) < cases
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", KINDS)
 def test_two_thousand_spoilt_files(tmp_path, kind):
     name, contents, read, _ = KINDS[kind]
@@ -263,7 +263,7 @@ def test_spoilt_updates_end_in_a_sentence(tmp_path):
     assert updates(tmp_path, 4, seed=4)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_many_spoilt_updates(tmp_path):
     assert 50 < len(updates(tmp_path, 200, seed=5)) < 200
 

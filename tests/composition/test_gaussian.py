@@ -204,7 +204,7 @@ def test_every_filter_is_as_sure_as_it_may_be(motion, sensor):
     check_nees(motion, sensor, 1)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(("motion", "sensor"), GRID)
 def test_over_many_runs_too(motion, sensor):
     check_nees(motion, sensor, 12)

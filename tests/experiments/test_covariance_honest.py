@@ -70,7 +70,11 @@ def check(sensor: ImageSensor, snr_db: float, trials: int, widest: float) -> Non
     assert (errors[np.isfinite(errors)] > UPPER).mean() < 0.03  # .1 and more without smoothing
 
 
-@pytest.mark.parametrize(("sensor", "snr_db"), longer([(PAPER, 12.0), (WIDE, 9.0)], (WIDE, 9.0)), ids=["paper", "wide"])
+@pytest.mark.parametrize(
+    ("sensor", "snr_db"),
+    longer([(PAPER, 12.0), (WIDE, 9.0)], (WIDE, 9.0), marks=pytest.mark.validate),
+    ids=["paper", "wide"],
+)
 def test_the_covariance_of_a_place_is_honest(sensor: ImageSensor, snr_db: float) -> None:
     check(sensor, snr_db, 150, widest=0.35)
 

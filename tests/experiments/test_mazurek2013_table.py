@@ -96,7 +96,8 @@ QUICK_CELLS = [
 
 
 @pytest.mark.parametrize(
-    ("size", "method", "smoothing"), longer(QUICK_CELLS, *(cell for cell in QUICK_CELLS if cell[0] < 7))
+    ("size", "method", "smoothing"),
+    longer(QUICK_CELLS, *(cell for cell in QUICK_CELLS if cell[0] < 7), marks=pytest.mark.validate),
 )
 def test_a_cell_agrees_over_few_runs(size: int, method: tuple[str, int], smoothing: float) -> None:
     found = quick(size, method, smoothing)

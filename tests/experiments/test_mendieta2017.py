@@ -77,7 +77,7 @@ def test_deviations_are_of_the_pairs_that_heads_make() -> None:
     assert np.isnan(nobody["max_deviation_m"]).all()
 
 
-@pytest.mark.parametrize("method", longer(["thesis", "image", "links", "binary"], "links"))
+@pytest.mark.parametrize("method", longer(["thesis", "image", "links", "binary"], "links", marks=pytest.mark.validate))
 def test_every_method_sees_the_same_run_and_repeats(method: MethodName) -> None:
     one, other = runs(method, SHORT, range(1)) + runs(method, SHORT, range(1))
     assert one["targets"] == runs("thesis", SHORT, range(1))[0]["targets"]

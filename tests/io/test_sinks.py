@@ -401,7 +401,7 @@ def test_a_full_disk_is_waited_for_and_no_line_is_cut(tmp_path, monkeypatch):
     assert "No space left on device" in said[0]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_broker_listener_and_disk_are_gone_for_half_a_minute(tmp_path, monkeypatch, keeping):
     (path, said, lines, heard), port = (tmp_path / "a", [], [], []), free_port()
     gone, write, steps = threading.Event(), os.write, [record(k, [track(1, k, 0)]) for k in range(400)]

@@ -55,7 +55,7 @@ def factored(monkeypatch):
     monkeypatch.setattr(tomography, "STORED_MOST", 0)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_projection_is_that_of_eq_316_at_full_size():
     C = reference.covariance(GRID.centres, 0.25, 3.0)
     expected = reference.projection(thesis(), np.linalg.inv(C))

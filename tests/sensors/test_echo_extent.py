@@ -86,7 +86,7 @@ def test_showers_do_not_make_the_beam_long(seed):
     assert 0.75 < beam_in_rain(first, places, cells) / 2.0 < 1.35
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [0, 3])
 def test_a_squall_does_not_tell_the_beam(seed):
     """Its cells, wider than a beam, are alike from spoke to spoke: 2 degrees were read as 3 and 3.8."""

@@ -82,7 +82,7 @@ def test_ships_are_found_and_nothing_else(tracked):
     assert len(rocks) >= 5
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_small_scene_has_as_many_ships_and_rocks_as_it_has(tmp_path):
     """One ship was two, 38 m apart and both sure; the coast's edge was fifteen echoes more."""
     small = {"spokes": 512, "samples": 256}
@@ -94,7 +94,7 @@ def test_a_small_scene_has_as_many_ships_and_rocks_as_it_has(tmp_path):
     assert outcome.scored.confirmed.strays == 0
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_harbour_at_rest_holds_no_ship_under_way():
     """Piers and masts of a Navico 4G in four bits, saturated; by AIS the nearest ship lies 430 m off, beyond reach."""
     path = DATA / "radar" / "navico_4g_harbour.pcap.gz"

@@ -14,7 +14,7 @@ def test_a_spike_of_the_sea_is_no_sure_ship():
     assert existence[~there].max(initial=0.0) < 0.7
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("shape", [0.5, 1.0, 5.0])
 def test_existence_is_not_told_too_high(shape, place):

@@ -151,7 +151,7 @@ def test_one_target_is_placed_to_a_fraction_of_a_pixel():
     assert np.abs(found.mean(axis=0))[:2].max() < 4 * 0.1 / math.sqrt(12)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_places_and_velocities_are_unbiased():
     found = errors(200)
     bias, error = found.mean(axis=0), found.std(axis=0) / math.sqrt(len(found))
@@ -175,7 +175,7 @@ def test_a_star_hides_nothing_but_what_passes_before_it():
     assert beside_a_star(6, star=True) > beside_a_star(6, star=False) - 0.1
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_mover_beside_a_star_is_found_as_without_it():
     assert beside_a_star(60, star=True) > beside_a_star(60, star=False) - 0.05
 

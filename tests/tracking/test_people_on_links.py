@@ -101,7 +101,7 @@ def walked(rng, half, frames):
     return states
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("sensor", "trials"),
     [

@@ -62,7 +62,7 @@ def in_turn(states, rng):
     return list(scans_by_rotation(sorted(plots, key=lambda plot: plot.time_s), ROTATION_S, "plots"))
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seen", [at_once, in_turn])
 @pytest.mark.parametrize("seed", range(6))
 def test_ships_keep_their_numbers(seen, seed):

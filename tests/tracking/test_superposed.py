@@ -166,7 +166,7 @@ def test_the_covariance_of_a_lone_target_holds():
     assert low < squares.mean() < high
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("trials", "starts"),
     [

@@ -134,7 +134,7 @@ def test_a_fast_person_is_followed_without_being_told_the_speed():
     assert held >= 0.9
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("world", [INDEPENDENT, SITE])
 def test_people_of_any_speed_are_followed(world):
     runs = compared(world, SEEDS)

@@ -43,7 +43,7 @@ def played_to_the_end(page: Any, last: int) -> None:
     assert set(frames) == {str(last)}
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -38,7 +38,7 @@ from tests.workbench.test_links_page import (
 )
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     served: Served, open_tab: OpenTab, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -67,7 +67,7 @@ def test_the_ready_example_runs_by_one_click_and_the_command_finds_its_numbers(
     assert re.search(rf"│ 1 .*│\s+{re.escape(shown)}\s*│?", capsys.readouterr().out)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_chart_that_is_sent_a_route_that_is_drawn_and_a_run_called_off(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(800, "dark").page
     page.goto(f"{served.address}/charts")

@@ -86,7 +86,7 @@ def test_a_wrong_value_is_marked_a_run_called_off_and_the_filters_fields_follow_
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_frames_too_small_for_the_usual_filter_are_tracked_as_the_refusal_says(
     served: Served, open_tab: OpenTab
 ) -> None:

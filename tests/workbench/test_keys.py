@@ -35,7 +35,7 @@ def chosen(page: Any, key: str, name: str) -> None:
     page.get_by_role("listbox").locator("visible=true").first.wait_for(state="hidden")
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_signals_scene_is_changed_and_run(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(800).page
     page.goto(f"{served.address}/signals")

@@ -336,7 +336,7 @@ def test_a_card_runs_its_example_in_one_click_and_the_page_goes_on_answering(ser
     stands(page, SHOWN, "data-frame", 149)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     served: Served, open_tab: OpenTab, tmp_path: Path
 ) -> None:

@@ -130,7 +130,7 @@ def test_a_run_is_that_of_the_command_and_one_called_off_leaves_nothing(heard: P
         assert served_file(folder, *stranger) is None
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_own_frames_and_signals_are_tracked_as_the_command_line_tracks_them(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()

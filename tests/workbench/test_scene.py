@@ -51,7 +51,7 @@ def test_a_scene_written_and_read_is_equal(small: LinkScene, tmp_path: Path) -> 
     assert np.isfinite(truth[:, 0, 0]).sum() == 25
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("method", ["image", "links"])
 def test_page_scene_and_track_links_give_the_same_numbers(
     small: LinkScene, method: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -87,7 +87,7 @@ def test_the_radiation_stays_when_sensors_change(small: LinkScene) -> None:
         np.testing.assert_array_equal(one, other)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_run_scores_as_the_thesis_experiment_does() -> None:
     """Of eight runs each, drawn by other numbers, the mean MOTA agrees within three standard errors."""
     first = first_simulation()

@@ -127,7 +127,7 @@ def test_what_is_chosen_before_the_server_hears_the_page_is_kept_for_it(served: 
     (served.folder / "late.csv").unlink()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_scene_of_any_system_is_opened_on_its_page(served: Served, open_tab: OpenTab) -> None:
     """That of radar video stands in the test of its page."""
     changed: dict[str, dict[str, Any]] = {

@@ -20,7 +20,7 @@ SMALL = VideoSimulation(
 )  # fmt: skip
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_scene_is_opened_run_changed_exported_and_opened_again(
     served: Served, open_tab: OpenTab, tmp_path: Path
 ) -> None:
@@ -64,7 +64,7 @@ def test_a_scene_is_opened_run_changed_exported_and_opened_again(
         shutil.rmtree(one)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_the_example_runs_by_one_click(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(served.address)

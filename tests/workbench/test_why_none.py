@@ -120,7 +120,7 @@ def test_a_table_in_other_units_or_without_numbers_is_doubted_before_a_run(
     assert [one.sentence for one in found.findings] == ([doubt] if doubt else [])
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_noise_says_why_it_has_no_track_and_a_press_tries_more(served: Served, open_tab: OpenTab) -> None:
     rng = np.random.default_rng(3)
     np.save(served.folder / "noise.npy", rng.normal(size=(60, 300)))

@@ -39,13 +39,13 @@ def within(count: int, runs: int, probability: float) -> bool:
     return bool(low <= count <= high)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_false_alarms_in_a_small_image_come_at_the_wanted_rate():
     (count,) = false_alarms(2, 40, runs=150, probabilities=(0.2,))
     assert within(count, 150, 0.2)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_false_alarms_come_at_the_wanted_rate_in_200_runs():
     probabilities = (0.01, 0.05, 0.2)
     for count, probability in zip(false_alarms(4, 256, 200, probabilities), probabilities, strict=True):

@@ -78,7 +78,7 @@ def test_none_of_a_hundred_scenes_but_one_is_lost(estimator):
     assert len(far_off(estimator, range(100))) <= 1
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("estimator", ["ekf", "iekf", "rts", "lag", "map"])
 def test_one_of_a_hundred_is_lost_at_most(estimator):
     assert len(far_off(estimator, range(500))) <= 5

@@ -55,7 +55,7 @@ def test_a_receiver_that_turns_tells_the_distance(q):
     assert nearest > 0.5
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("q", [1.0, 1e-3])
 def test_ellipses_hold_over_fifty_seeds(q):
     inside, error, nearest = coverage(range(50), q)

@@ -194,7 +194,7 @@ def in_a_channel(seed, steps=200):
     return way, coast, bias, motion, rng
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_chart_30_m_off_is_found_out():
     """The error of the bias, in its own deviations, is as large as it should be; and the ship is not misled."""
     nees, deviation, ways = [], [], []

@@ -60,7 +60,7 @@ def test_one_sensor_tells_no_deviation():
         fit_bearings(alone, SITES)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_drone_whose_noise_is_not_told():
     """Its cameras' errors persist: ellipsoids hold 85 to 98 % all the same, fitted and by default."""
     folder = DATA / "bearings" / "drone3"

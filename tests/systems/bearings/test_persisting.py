@@ -43,7 +43,7 @@ def test_tracks_are_as_much_less_sure():
         np.testing.assert_allclose(other.covariance, 4 * one.covariance)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_ellipses_of_several_hold_where_errors_persist():
     """Errors of two degrees that wander within 8 s; those of one flight err alike, so that a flight is about a draw."""
     inside, exact, kept = [], [], math.exp(-1 / 8)

@@ -183,7 +183,7 @@ def test_norths_that_were_found_repeat_a_run():
         list(track(sets, told.replace(sigma_deg=1.0, emitters=spread), SITES))
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [11, 13, 14])
 def test_emitters_are_found_where_norths_are_off(seed):
     truth, sets = crowd(seed, 3)
@@ -202,7 +202,7 @@ def test_emitters_are_found(emitters, seed):
     assert result.ghosts <= 0.1
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("emitters", [2, 5])
 def test_emitters_are_found_over_30_seeds(emitters):
     """How well they are heard is found from each recording."""

@@ -42,7 +42,7 @@ def test_new_emitters_are_drawn_as_fast_as_those_that_are_followed(speed_mps, ta
     assert with_speeds(ASKED, ASKED.emitters, FAR, []) == ASKED
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_fast_emitters_are_followed():
     """Drawn as slow as those about a town, each was lost, begun anew, and sure where nobody was."""
     for seed in range(2):

@@ -181,7 +181,7 @@ def test_right_frames_are_seldom_remarked_on(kind):
     assert remarks(kind, 20) <= 1 / 20
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", RIGHT)
 def test_right_frames_are_seldom_remarked_on_over_many_seeds(kind):
     assert remarks(kind, 300) <= 1 / 20

@@ -76,7 +76,7 @@ def test_an_object_is_one_track_where_it_is() -> None:
     assert found(64, 1.0, 10) == (10, 0)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_in_95_of_100_runs_of_full_size() -> None:
     good, ghosts = found(256, 4.0, 100)
     assert good >= 95
@@ -129,7 +129,7 @@ def test_noise_that_goes_on_from_frame_to_frame_is_no_object() -> None:
     assert np.hypot(*np.subtract(track.position, (x, 20))) < 1.5
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("sensor", "learns"),
     [

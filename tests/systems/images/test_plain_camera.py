@@ -54,7 +54,7 @@ def test_a_faint_target_is_found_and_nothing_else():
     assert false == 0
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("shape", [SMALL, LARGE])
 @pytest.mark.parametrize("psf_sigma", [0.7, 1.0, 1.5, 2.0])
 def test_a_faint_target_is_found_whatever_the_point_spread(psf_sigma, shape):
@@ -63,7 +63,7 @@ def test_a_faint_target_is_found_whatever_the_point_spread(psf_sigma, shape):
     assert false == 0
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_where_nothing_is_nothing_is_shown():
     for seed in range(2 * SEEDS):
         noise = np.random.default_rng(seed).standard_normal((60, *SMALL))
@@ -79,7 +79,7 @@ DECLARED = {  # noise, deviation and pedestal that are declared, and what is to 
 }
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("declared", DECLARED)
 def test_what_is_declared_wrongly_is_named_alone(declared):
     noise, sigma, pedestal, names = DECLARED[declared]

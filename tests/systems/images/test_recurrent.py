@@ -260,7 +260,7 @@ def test_recorded_infrared() -> None:
 
 
 @needs_recordings
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["easy2", "sequence1"])
 def test_recorded_infrared_in_full(name: str) -> None:
     sequence = infrared.read(name)

@@ -69,7 +69,7 @@ def test_targets_in_an_envelope_are_followed():
     assert ran.false <= 0.05
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_target_is_as_bright_as_it_is_said_and_no_range_is_needed(tmp_path):
     off = []
     for seed in range(4):
@@ -94,7 +94,7 @@ def test_no_more_targets_are_followed_than_asked_for():
     assert max(len(step.state.targets) for step in track_images(drawn.frames, parameters)) <= 2
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("layout", "targets", "snr_db"),
     [("crossing", *case) for case in MOST]
@@ -114,7 +114,7 @@ def test_the_full_grid(layout, targets, snr_db):
     assert rmse_px <= 0.35
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("noise", ["gaussian", "rayleigh"])
 def test_two_thousand_empty_frames_hold_one_track_at_most(noise):
     sensor = ImageSensor(**runs.SENSOR.model_dump() | {"noise": noise})

@@ -85,12 +85,12 @@ def found(request):
     return [trial(request.param, seed) for seed in range(TRIALS)]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_existence_over_all_tracks_is_as_often_true_as_it_says(found):
     check_existence(found, fewest=30, by_chance=CHANCE, beyond=BEYOND)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_squared_errors_of_tracks_away_from_others_are_those_of_their_covariance(found):
     # 2.15 +- .03 in 900 trials of "known", 2.06 +- .03 in 500 of "unlike": deviations are told 1.5 to 3.5 % too small
     lost = 2 - chi2.expect(lambda value: value, (2,), ub=NEAR) / chi2.cdf(NEAR, 2)

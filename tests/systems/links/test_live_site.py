@@ -37,7 +37,7 @@ def confirmed(steps):
     return np.array([sum(track.status == "confirmed" for track in step.tracks) for step in steps[EMPTY:]])
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_one_who_comes_in_is_one_from_the_first_frame_on():
     """By the effect of a basement they were up to 19, each .999 sure."""
     frames, nodes, there = door(3)
@@ -48,14 +48,14 @@ def test_one_who_comes_in_is_one_from_the_first_frame_on():
     assert "radiation of 2" in steps[-1].state.remarks[-1]  # 20 dB, as it is simulated
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_people_in_halls_are_as_many_as_they_are():
     extra = [confirmed(list(track(frames, nodes, PARAMETERS))) - there for frames, nodes, there in map(door, range(8))]
     assert np.mean([(many > 0).mean() for many in extra]) <= 0.02
     assert np.max(extra) <= 1
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_what_frames_said_of_the_site_outlives_a_restart():
     frames, nodes, _ = door(3, nodes=16)
     whole = [(step.tracks, step.state.site) for step in track(frames, nodes, PARAMETERS)][EMPTY:]
@@ -84,7 +84,7 @@ def test_a_room_of_rays_is_tracked_by_shadowing(seed):
     assert looked == unlooked
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_an_effect_that_was_given_stays_while_frames_come():
     frames, nodes, _ = door(3, nodes=16)
     given = PARAMETERS.replace(method=LinksMethod(effect=LinkShadowing(far_sd_db=2.0)))

@@ -94,7 +94,7 @@ def followed(parameters, spoil=None, every=1, without=()):
     return Followed(early, *map(float, shares), float(np.mean(errors)), float(covered))
 
 
-@pytest.mark.parametrize("every", longer([1, 2, 4, 6], 1, 2, 6))
+@pytest.mark.parametrize("every", longer([1, 2, 4, 6], 1, 2, 6, marks=pytest.mark.validate))
 def test_the_walker_is_followed_and_the_ellipses_hold(every):
     """The frames keep their times, .63 to 3.8 s apart."""
     run = followed(LinkTracking(calibration_frames=EMPTY), every=every)
@@ -200,7 +200,8 @@ def test_what_fails_makes_it_worse_and_no_more(spoil, error_m):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "error_m"), longer([(failing, 1.5), (silence, 1.2)], (failing, 1.5), (silence, 1.2))
+    ("spoil", "error_m"),
+    longer([(failing, 1.5), (silence, 1.2)], (failing, 1.5), (silence, 1.2), marks=pytest.mark.validate),
 )  # measured: 1.27 and .96 m
 def test_an_image_bears_it_too(spoil, error_m):
     run = followed(LinkTracking(calibration_frames=EMPTY, method=ImageMethod()), spoil)

@@ -222,7 +222,7 @@ def test_the_command_takes_a_polygon_and_refuses_two_areas(tmp_path: Path, capsy
     assert not (tmp_path / "other").exists()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_straight_on_the_links_of_a_simulated_log_by_its_own_model(tmp_path: Path) -> None:
     """Radiation added up is the model the log was made with: nobody is left out, and places are within a voxel."""
     walks = {**SMALL["walks"], "area": Area.rectangle(0, 8, 0, 6), "users": 4, "total_positions": 60}

@@ -110,7 +110,7 @@ def test_sums_over_voxels_of_few_nodes_are_known():
     assert voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking()).explained >= EXPLAINED
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_one_person_in_a_site_unlike_the_basement_is_one_track(tmp_path):
     log, nodes = shadowed(0)
     parameters = LinkTracking(calibration_frames=EMPTY)
@@ -137,20 +137,20 @@ def test_somebody_is_found_by_radios_that_are_noisy(rooms):
     assert np.mean(found) >= 0.9
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_two_people_who_walk_while_the_site_is_fitted_are_two():
     """Fitted as though one walked, effects were so wide that one person explained both, and nothing was said."""
     assert (how_many(ray_room(0, (0.7, 0.5), frames=70)) == 2).mean() >= 0.9
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_third_who_walks_is_not_taken_for_spread():
     """They were there in half of the frames, with constants of two."""
     room = ray_room(61, (0.7, 0.5, 0.6), frames=90)
     assert fit_links(room, room.nodes, LinkTracking(calibration_frames=RAY_EMPTY), QUICK).fit.people == 3
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_errors_that_last_are_no_third_in_most_rooms_of_rays():
     """Ten frames a second: .13 of the frames had a false third before errors that last were counted, .08 have now."""
     rooms = (ray_room(seed, (0.7, 0.5), frames=250, interval_s=0.1) for seed in (0, *range(30, 37)))
@@ -159,14 +159,14 @@ def test_errors_that_last_are_no_third_in_most_rooms_of_rays():
     assert np.mean([(found == 2).mean() for found in many]) >= 0.85
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_three_are_found_in_most_frames_of_rooms_of_rays():
     """In .42 and .45 of the frames of two sets of rooms, before the third was told from spread; .68 in both now."""
     shares = [(how_many(ray_room(seed, (0.7, 0.5, 0.6))) == 3).mean() for seed in (60, 61, 62, 63, 70, 71, 72, 73, 74)]
     assert np.mean(shares) >= 0.6
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("people", [1, 2])
 def test_as_many_are_found_as_walk_in_a_room_of_rays(people):
     shares = [(how_many(ray_room(seed, (0.7, 0.5)[:people])) == people).mean() for seed in range(6)]
@@ -181,7 +181,7 @@ def test_a_simulated_log_is_tracked_without_being_told_what_it_is(tmp_path):
     assert not [finding for finding in outcome.findings if not finding.holds]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_where_people_of_the_first_example_are_is_as_sure_as_is_said(tmp_path):
     """Two who come while others stand near: they took each other's numbers, and the amplitude was a fifth too great."""
     walks = {

@@ -30,7 +30,7 @@ def test_moments_of_the_walk_are_those_of_its_draws(interval_s):
     assert (np.abs(rest.mean(axis=0)) <= 4 * rest.std(axis=0) / np.sqrt(n) + 1e-12).all()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.skipif(not DATA.exists(), reason=f"needs the radio log under {DATA}")
 @pytest.mark.parametrize("every", [6, 1])
 def test_a_recorded_walker_is_nearer_and_ellipses_hold_as_before(every):

@@ -39,7 +39,7 @@ def test_people_side_by_side_are_as_many_as_they_are(gaps):
     assert np.nanmean(more) < ONE_MORE
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("world", [INDEPENDENT, SITE])
 def test_one_person_is_one_in_every_room(world):
     for seed in range(8):
@@ -48,7 +48,7 @@ def test_one_person_is_one_in_every_room(world):
         assert np.nanmean(more) < ONE_MORE
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_two_who_are_seen_as_one_are_named_in_most_rooms_where_links_err_alike():
     """Two were never seen there before one more was looked for, and nothing was said."""
     runs = [followed(seed, (0.0, gap), SITE) for seed in range(8) for gap in (0.4, 1.5)]

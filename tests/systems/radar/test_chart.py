@@ -18,7 +18,7 @@ def rows_of(summary):
     return dict(summary.rows)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_real_cell_described(tmp_path):
     described = describe_charts([cell_path("US5MD1MC")], ChartedAreaParameters(draught_m=3), tmp_path / "chart.png")
     (summary,) = described.summaries

@@ -46,7 +46,7 @@ def test_a_shore_full_of_echoes_is_no_fleet():
     assert tracks.count(-1) == 0
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("error", ["fresh", "persistent"])
 @pytest.mark.parametrize("seed", range(4))
 def test_of_120_echoes_on_a_real_coast_two_tracks_are_left_at_most(error, seed):
@@ -57,7 +57,7 @@ def test_of_120_echoes_on_a_real_coast_two_tracks_are_left_at_most(error, seed):
     assert tracks.count(-1) <= 2
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(4))
 def test_echoes_of_the_true_coast_under_the_coarse_chart(seed):
     """The finer cell of the same place is the truth: the coarse coast is 4 m off it at the median, 40 m at 95 %."""

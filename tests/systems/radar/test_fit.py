@@ -57,7 +57,7 @@ def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
     fitted_as_told(seed)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(2, 20))
 def test_so_they_are_in_twenty_settings(seed):
     fitted_as_told(seed)
@@ -120,7 +120,7 @@ def test_echoes_that_lie_about_ships_make_no_errors_of_the_radar():
     assert found.bearing_sd_rad < 2 * sensor.bearing_sd_rad
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(12))
 def test_of_an_unknown_radar_each_ship_is_one_track(seed, tmp_path):
     """Nothing is told of it: with 10 m, 1 mrad, .9 and one false alarm there are 14 tracks of 5 ships.
@@ -189,12 +189,12 @@ def findings(seed, tmp_path):
     return broken(track_radar_recording(source, told, None, radar_lon_deg=4.0, radar_lat_deg=52.0).findings)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.validate if k > 1 else ()) for k in range(20)])
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.thorough if k > 1 else ()) for k in range(20)])
 def test_a_right_recording_has_no_finding(seed, tmp_path):
     assert findings(seed, tmp_path) == ()
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_biased_radar_is_fitted_by_the_marks_of_a_real_chart(seed):
     """Beacons, landmarks and rocks of a cell, each charted 10 m off on an axis, and three ships."""

@@ -116,7 +116,7 @@ def test_the_doppler_of_ground_is_the_radars_own():
     assert density @ (dopplers - mean) ** 2 * 0.01 == pytest.approx(1.0, rel=0.01)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("moving", [True, False])
 def test_a_radar_without_a_chart_makes_no_ships_of_a_shore(moving):
     """Rows of confirmed tracks that are of no ship and sail are few, and ships are found."""

@@ -87,7 +87,7 @@ def test_how_late_they_are_is_found(late_s):
         assert np.abs(off).max() < np.radians(3.0) * 0.5  # where a turn begins, and it turns between two plots
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("yaw", [0.0, 0.06])
 def test_right_headings_are_left_alone(yaw):
     for seed in range(3):

@@ -159,7 +159,7 @@ def shown(scans, truth, parameters, faster_mps=0.0):
     return wrong, np.mean(found)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(2))
 def test_groups_of_waves_are_hardly_ships(seed):
     """Of rows of confirmed tracks that are of no ship, a tenth is left at most."""

@@ -142,7 +142,7 @@ def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
     assert "radar.alarms" in findings
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_where_they_are_is_found_though_all_else_is_told(tmp_path):
     told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": ALARMS}
     _, findings = followed(tmp_path / "live", recorded(9), **told)
@@ -175,7 +175,7 @@ def test_what_is_told_stays(tmp_path, told):
     assert found.radar.false_alarms is not None
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_fit_says_where_they_are():
     scans = recorded(2)
     radar = RadarTracking(**fit_radar(scans, "x").tree).radar
@@ -185,7 +185,7 @@ def test_a_fit_says_where_they_are():
     assert radar.false_alarms == pytest.approx(ALARMS, abs=4 * math.sqrt(ALARMS / SCANS) + 8 / SCANS)
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_land_far_away_does_not_make_more_of_what_is_near():
     """Land lies beyond 3 km, with three echoes a scan, where hardly an alarm would be; half of the view is it."""
     rng, scans = np.random.default_rng(9), []

@@ -88,7 +88,7 @@ def tracked(folder, capsys, scans, *told):
     return said
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(("where", "seed"), CASES)
 def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
     """Of 51 tracks of no ship, a recording, a twentieth is left at most."""
@@ -96,7 +96,7 @@ def test_a_shower_or_surf_is_no_crowd_of_ships(tmp_path, capsys, where, seed):
     assert others(tmp_path / "out") <= 51 / 20
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_nor_where_all_else_of_the_radar_is_told(tmp_path, capsys):
     """Of ships that are points: 83 to 94 tracks of no ship in each of three recordings, where it was not looked for."""
     told = {"range-sd-m": 10.0, "bearing-sd-mrad": 5.0, "detection-probability": 0.85, "false-alarms": ALARMS}
@@ -106,7 +106,7 @@ def test_nor_where_all_else_of_the_radar_is_told(tmp_path, capsys):
     assert others(tmp_path / "out") == 0
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_live_it_is_none_either(tmp_path):
     memory, parameters = Memory(), RadarTracking(particles=300, radar={"max_range_m": 6000.0})
     follow_radar(Coming(iter(recorded(shower, 1))), parameters, tmp_path, None, lambda step: None, memory=memory)
@@ -116,7 +116,7 @@ def test_live_it_is_none_either(tmp_path):
     assert sum(number for *_, number in patches) == pytest.approx(ALARMS, abs=error + 1.0)
 
 
-@pytest.mark.parametrize("told", [pytest.param((), marks=pytest.mark.validate), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
+@pytest.mark.parametrize("told", [pytest.param((), marks=pytest.mark.thorough), ((2000.0, 4000.0, 120.0, 150.0, 3.0),)])
 def test_what_is_told_stays(told):
     scans = recorded(shower, 2)[:4]
     parameters = RadarTracking(radar={"false_alarm_patches": told}, particles=100)

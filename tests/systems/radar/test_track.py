@@ -137,7 +137,7 @@ def test_the_bias_is_said():
     )
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_real_chart_is_used_and_everything_is_written(tmp_path):
     """A ship 12 m off the shore of a real bay, its plots at 5 km."""
     corners = np.array([[-5090.0, 3160.0], [-4990.0, 3105.0], [-4900.0, 3056.0], [-4830.0, 3060.0]])

@@ -35,7 +35,7 @@ def test_a_corner_is_an_arc_of_its_radius():
         np.testing.assert_array_equal(rounded(corners[[0, 1, 0]], np.ones(2), radius)[0], corners[[0, 1, 0]])
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_echoes_lie_on_land_near_the_shore():
     coast = lay_charts(read_charts(cell_path("US5MD1MC")), None, FRAME).coast
     found = draw_coast_echoes(coast, 50, 60.0, 6000.0, np.random.default_rng(0))

@@ -116,7 +116,7 @@ def trailed(rng, scans, ships=3, number=1.5, mean_s=20.0):
     return found, lambda time_s: start + time_s * sail
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3))
 def test_wakes_are_no_ships(seed):
     """Of rows of confirmed tracks that are of no ship a twentieth is left at most, and ships are found."""

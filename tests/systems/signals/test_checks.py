@@ -21,7 +21,7 @@ from elusive.systems.signals.track import SignalState, SignalTracking, track_sig
 from elusive.tracking import Step, Track
 from tests.longer import longer
 
-later = partial(pytest.param, marks=pytest.mark.validate)
+later = partial(pytest.param, marks=pytest.mark.thorough)
 QUICK = {"filter": {"smoothing": 0.9, "max_velocity": 3}}
 TIMES, SAMPLES = 150, 200
 
@@ -83,7 +83,7 @@ def test_what_is_right_is_not_remarked_on(kind: str) -> None:
     assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", ["white", "ar0.5", "ar0.9", "ar0.99", "unequal", "along"])
 def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
     assert sum(bool(names(noise(kind, seed))) for seed in range(20)) <= 1

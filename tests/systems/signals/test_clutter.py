@@ -61,7 +61,7 @@ def test_a_calibration_does_not_know_it_and_errs_by_chance_alone() -> None:
     assert "signals.clutter" not in seen(unequal, given)[1]
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_an_object_in_it_is_found() -> None:
     truth, near, count = 40 + 1.3 * np.arange(TIMES), 0, 0
     for seed in range(3, 6):

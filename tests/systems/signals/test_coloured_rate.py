@@ -42,7 +42,7 @@ def noise(kind: str, seed: int) -> np.ndarray:
     return frames
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "kind", ["white", "ar0.5", "ar0.9", "ar0.99", "time0.9", "pink", "hum", "unequal", "drifting", *LAWS]
 )

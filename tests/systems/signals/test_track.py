@@ -102,7 +102,7 @@ def test_where_it_was_before_it_was_found_is_read_back() -> None:
     assert around(back.positions[both.start - first :, 0] - truth[both, 0], 400).max() <= 3
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("frames", "fewest", "most"),
     # 19.6 and 59.6 +- 3 times (4.0 and 6.9 of the sampling, 1.4 and 4.1 of the simulated law, 7 % of its rate)
@@ -151,7 +151,7 @@ def test_samples_that_differ_are_standardised(given: dict[str, Any]) -> None:
     assert max(around(x - truth[k, 0], 400) for k, x in places.items()) <= 5
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
     """Noise with longer tails than a Gaussian's: simulated Gaussian frames do not tell how high it scores."""
     rng = np.random.default_rng(6)
@@ -164,7 +164,7 @@ def test_long_calibration_sets_the_threshold_from_its_own_scores() -> None:
     assert rates[1] > 0.3
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 def test_a_short_calibration_raises_the_threshold_as_far_as_it_errs() -> None:
     """Samples whose deviation came out too small stand out ever after; 3 signals of unlike samples, 25 frames each."""
     rng = np.random.default_rng(9)
@@ -516,7 +516,7 @@ def believed(frames: np.ndarray, **told: Any) -> int:
     return len({track.track for step in steps for track in step.tracks if track.status == "confirmed"})
 
 
-@pytest.mark.validate
+@pytest.mark.thorough
 @pytest.mark.parametrize("lobes", [3.98, 5.03, 7.02])
 def test_a_rotor_is_no_object(lobes: float) -> None:
     # of three signals one ghost in what is left over; each has at least four where noise is taken to be white
