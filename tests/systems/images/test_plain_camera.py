@@ -83,7 +83,7 @@ DECLARED = {  # noise, deviation and pedestal that are declared, and what is to 
 @pytest.mark.parametrize("declared", DECLARED)
 def test_what_is_declared_wrongly_is_named_alone(declared):
     noise, sigma, pedestal, names = DECLARED[declared]
-    white = {"kind": "several", "sensor": {"kind": "white", "noise_sigma": sigma}}
+    white = {"kind": "several", "sensor": {"kind": "white", "noise_sigma": sigma, "psf_sigma": 1.0}}
     for seed in range(SEEDS):
         frames, _ = drawn(seed, 40, noise=noise)
         checks = FrameChecks(ImageTracking(pedestal=pedestal, filter=white).bind(SMALL))

@@ -22,6 +22,7 @@ BESIDE, PIXEL = (
 )  # deviations of a point's place within which a track is at it, and what is not known of a pixel
 ASTRAY = 0.2  # share of points beside whose place their track is; e^-8 of them by chance
 ENOUGH, WIDER = 12, 1.35  # points that tell a width, and how many times that told it may be, or that this
+WIDEST = 1.7  # ... from which a target is several, or its place wrong: nearer, some of its evidence is lost
 
 
 class LeftOver:
@@ -69,12 +70,18 @@ class LeftOver:
         count = len(bright.patches)
         seen_px = single_width_of(responses_of(bright)) if count >= ENOUGH else math.nan
         ratio = seen_px / self._width_px
-        what = "one target is taken for several" if ratio > 1 else "places are surer, or less sure, than they can be"
+        far = ratio > WIDEST or ratio < 1 / WIDEST
+        what = "some of their evidence is lost"
+        if far:
+            what = (
+                "one target is taken for several" if ratio > 1 else "places are surer, or less sure, than they can be"
+            )
         return Fact(self._width_px, seen_px, not (ratio > WIDER or ratio < 1 / WIDER), count).finding(
             "targets.spread",
             f"Points are {seen_px:.2g} px wide, as {count} of them say that stand out of the noise, where "
             f"{self._width_px:g} was told: {what}.",
             f"Give --psf-sigma {seen_px:.2g}.",
+            grave=far,
         )
 
     def _beside(self) -> Finding:
