@@ -18,7 +18,7 @@ from elusive.systems.images.parameters import SLOW, ImageTracking
 from elusive.systems.images.run import track_recording
 from elusive.systems.images.scene import held_frames
 from elusive.systems.images.several import SeveralImages
-from elusive.systems.images.turning import LEAST, power_of, turning_as_seen
+from elusive.systems.images.turning import LEAST, power_of, reach_of, turning_as_seen
 from elusive.tracking.frame_births import FrameBirths
 
 SIGMA, PSF, SIZE = 10.0, 1.6, 64
@@ -73,6 +73,14 @@ def test_steady_targets_are_left_at_what_is_usual(seed, amplitude):
     assert found.differences > LEAST
     assert not found.clear
     assert turning_as_seen(source, bound()) == bound()
+
+
+def test_how_far_a_point_goes_is_what_was_told_of_its_speed():
+    assert reach_of(bound()) == pytest.approx(4.0)  # a default counts a frame
+    faster = ImageTracking(filter={"kind": "several", "sensor": SENSOR, "birth": {"max_speed": 30.0}})
+    assert reach_of(faster.bind((SIZE, SIZE), 0.1)) == pytest.approx(3.0)
+    usual = ImageTracking(filter={"kind": "single", "sensor": SENSOR}).bind((SIZE, SIZE), 0.1)
+    assert reach_of(usual) == pytest.approx(4.0)
 
 
 def test_what_is_told_stays():

@@ -16,7 +16,7 @@ from elusive.io import FrameSource
 from elusive.preprocess.peaks import PeakFinder
 from elusive.preprocess.points import PointFinder, peaks_of, responses_of, single_width_of
 from elusive.systems.images.frame_facts import FrameFacts, Law
-from elusive.systems.images.turning import Power, Turning
+from elusive.systems.images.turning import FAST_PX, Power, Turning
 from elusive.systems.images.white_checks import CORRELATION, LEVEL, clearly
 
 OPTIONS = ("--polarity", "--psf-sigma", "--snr-db-range")
@@ -26,7 +26,6 @@ BEYOND_DB = 1.5  # of a range of brightness: what the points seen leave open
 UNSEEN_DB = 3.0  # below the faintest that could be seen, where the points seen reach down to that
 CLEAR_PX = 8.0  # about a point, in which no noise is read
 STRONG = 6.0  # deviations of a peak in a recorded scene that is hardly noise
-FASTEST_PX = 4.0  # from frame to frame, of points whose acceleration is told
 BOTH = 0.1  # share of points of the rarer polarity from which both are there
 
 
@@ -111,7 +110,7 @@ def _envelope(facts: FrameFacts, law: Law) -> Fit:
 def _plain(frames: Iterable[Array], facts: FrameFacts, law: Law, interval_s: float) -> Fit:
     """Fit frames of white Gaussian noise: their points, in deviations about the level, and the noise beside them."""
     finder, beside = PointFinder(facts.count * math.prod(facts.shape)), FrameFacts()
-    turning = Turning(FASTEST_PX)
+    turning = Turning(FAST_PX)
     for frame in frames:
         now = finder.add((frame - law.pedestal) / law.sigma)
         turning.add(now)

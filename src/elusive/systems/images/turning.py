@@ -17,6 +17,7 @@ from elusive.contracts import Array
 from elusive.io import FrameSource
 from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.preprocess.points import Placed, PointFinder
+from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import SLOW, ImageTracking
 
 MEDIAN = 0.4549  # of a squared standard normal
@@ -24,6 +25,7 @@ EFFICIENCY = 0.37 / 2  # of that median, for a variance; second differences shar
 LEAST = 40  # second differences from which a power is told
 CLEAR = 2.0  # deviations that it must lie above what is usual, and times the places' own variance in the differences
 ALONE, FARTHER = 0.35, 4.0  # of the distance between points, within which one is looked for; of what is told, at most
+FAST_PX = 4.0  # from frame to frame, where nothing is told
 FRAMES = 100  # that are looked at before tracking
 
 
@@ -114,7 +116,8 @@ def power_of(source: FrameSource, parameters: ImageTracking) -> Power:
 
 def reach_of(parameters: ImageTracking) -> float:
     """Farthest that a target is told to go from frame to frame [px]."""
-    return float(getattr(getattr(parameters.filter, "birth", None), "max_speed", 4.0))
+    fastest: float = getattr(getattr(parameters.recursion, "birth", None), "max_speed", FAST_PX / parameters.interval_s)
+    return fastest * parameters.interval_s
 
 
 def turning_as_seen(source: FrameSource, parameters: ImageTracking) -> ImageTracking:
@@ -123,8 +126,9 @@ def turning_as_seen(source: FrameSource, parameters: ImageTracking) -> ImageTrac
     Where targets clearly turn more strongly than is usual, and no motion was told: told less than they do, a particle
     filter follows them off their places, and is sure of it.
     """
-    detector = parameters.filter
-    if parameters.recorded or getattr(detector, "motion", None) != SLOW or parameters.sensor.noise != "gaussian":
+    detector, sensor = parameters.filter, parameters.sensor
+    white = isinstance(sensor, ImageSensor) and sensor.noise == "gaussian"
+    if not white or getattr(detector, "motion", None) != SLOW:
         return parameters
     power = power_of(source, parameters)
     if not power.clear:
