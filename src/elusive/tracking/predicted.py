@@ -27,6 +27,8 @@ from elusive.tracking.lifecycle import Life
 from elusive.tracking.sought import Sought, Update, settled
 from elusive.tracking.superposed_state import Target
 
+LEAST_FREE = 1e-9  # share of its variance that each axis has for itself
+
 
 class Predictor(NamedTuple):
     """What targets are predicted with."""
@@ -76,7 +78,7 @@ class Predictor(NamedTuple):
         A measurement that tells its place far better than the prediction does may leave no informed draw near it.
         """
         linear = transition(self.motion, interval_s)
-        if linear is None or not np.all(np.diagonal(linear[1]) > 0):
+        if linear is None or not _full_rank(linear[1]):
             return None
         (F, Q), n, rng = linear, self.particles, update.rng
         before = _kernels.gather(target.particles, resample(target.weights, n, rng), n)
@@ -117,3 +119,11 @@ class Predictor(NamedTuple):
             log_prior = seen if prior == 0.0 else seen - min(log_stays - before, 0.0)
         weights, log_allowed = _kernels.weigh(log_prior)
         return Sought(life, prior, posterior(prior, min(log_allowed, 0.0)), cloud.states, log_prior, weights)
+
+
+def _full_rank(covariance: Array) -> bool:
+    """Whether noise moves each axis by itself: of one acceleration an interval place and velocity are one draw."""
+    deviation = np.sqrt(np.diagonal(covariance))
+    if not deviation.all():
+        return False
+    return bool(np.linalg.eigvalsh(covariance / np.outer(deviation, deviation))[0] > LEAST_FREE)

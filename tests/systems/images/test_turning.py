@@ -152,3 +152,37 @@ def test_no_cloud_is_one_particle():
                     count, inside = count + 1, inside + (error @ np.linalg.solve(covariance, error) < 5.99)
     assert count >= 50
     assert inside >= binom.ppf(1e-3, count, 0.9)
+
+
+class OneAcceleration:
+    """A motion of one's own, whose acceleration holds for an interval: place and velocity are one draw on each axis."""
+
+    state_names = ("x", "vx", "y", "vy", "intensity")
+
+    def F(self, interval_s):
+        return np.kron(np.diag([1.0, 1.0, 0.0]), [[1, interval_s], [0, 1]])[:5, :5] + np.diag([0, 0, 0, 0, 1.0])
+
+    def Q(self, interval_s):
+        push = np.array([0.5 * interval_s**2, interval_s])
+        found = np.zeros((5, 5))
+        found[:2, :2] = found[2:4, 2:4] = np.outer(push, push)
+        found[4, 4] = 0.01
+        return found
+
+    def propagate(self, states, interval_s, rng):
+        push = np.array([[0.5 * interval_s**2, interval_s]])
+        noise = np.hstack([rng.normal(size=(len(states), 1)) @ push for _ in range(2)])
+        noise = np.hstack([noise, 0.1 * rng.normal(size=(len(states), 1))])
+        return np.asfortranarray(states @ self.F(interval_s).T + noise)
+
+
+def test_a_motion_whose_noise_is_of_fewer_axes_than_its_state_is_followed_on():
+    tracker = SeveralImages(
+        motion=OneAcceleration(), birth=FrameBirths(max_speed=4.0),
+        sensor=ImageSensor(rows=SIZE, columns=SIZE, noise_sigma=SIGMA, psf_sigma=PSF),
+    )  # fmt: skip
+    places = random_walks(1, 20, 0.8, 11)
+    states = list(run(tracker, drawn(places, 11), np.random.default_rng(11)))
+    sure = [max(state.targets, key=lambda one: one.existence) for state in states[3:]]
+    off = [np.hypot(*(one.mean[0:4:2] - places[k, 0])) for k, one in enumerate(sure, 3)]
+    assert np.median(off) < 0.3

@@ -17,10 +17,10 @@ from elusive.contracts import Array
 from elusive.io import FrameSource
 from elusive.motion import ConstantVelocity, WithIntensity
 from elusive.preprocess.points import Placed, PointFinder
+from elusive.preprocess.robust import MAD
 from elusive.sensors import ImageSensor
 from elusive.systems.images.parameters import SLOW, ImageTracking
 
-MEDIAN = 0.4549  # of a squared standard normal
 EFFICIENCY = 0.37 / 2  # of that median, for a variance; second differences share places with those beside them
 LEAST = 40  # second differences from which a power is told
 CLEAR = 2.0  # deviations that it must lie above what is usual, and times the places' own variance in the differences
@@ -68,7 +68,7 @@ class Turning:
         n = len(table)
         if n < LEAST:
             return Power(math.nan, math.nan, n, False)
-        seen, placed = float(np.median(table[:, 0])) / MEDIAN, float(np.median(table[:, 1]))
+        seen, placed = MAD**2 * float(np.median(table[:, 0])), float(np.median(table[:, 1]))
         spread = seen * math.sqrt(2 / (EFFICIENCY * n))
         return Power(1.5 * max(seen - placed, 0.0), 1.5 * spread, n, seen - CLEAR * spread > CLEAR * placed)
 
