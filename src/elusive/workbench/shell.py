@@ -28,6 +28,7 @@ class Page(NamedTuple):
 
     system: str  # as its scenes name it
     path: str
+    short: str  # in the head of every page
     title: str
     summary: str
     example: str  # what the ready example does
@@ -55,7 +56,7 @@ def head(here: str) -> None:
         ui.element("header").classes("ew-head w-full px-4 py-2"),
         ui.row().classes("items-center gap-x-3 gap-y-2 w-full"),
     ):
-        for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.title) for page in pages())):
+        for path, title in (("/", "elusive workbench"), OWN, *((page.path, page.short) for page in pages())):
             link = ui.link(title, path)
             if path == here:
                 link.classes("ew-here").props('aria-current="page"')

@@ -40,7 +40,7 @@ def without(scene: ImageScene) -> tuple[FieldPath, ...]:
 
 
 PAGE = Page(
-    "images", "/images", TITLE,
+    "images", "/images", "Images", TITLE,
     "Targets too faint to threshold that appear, move and disappear: frames, existence of each, error.",
     "30 frames of 20 x 20, a target of 6.7 dB in frames 5 to 23 (from 0) of Amrouche et al. (2018).",
     scenes_page("/images", TITLE, LEAD, {SCENE: "Make a scene", "images": "Open frames"}, {SCENE: Shown(without)}),

@@ -34,7 +34,7 @@ def _example(scene: SignalScene) -> str:
 
 
 PAGE = Page(
-    "signals", "/signals", TITLE,
+    "signals", "/signals", "Signals", TITLE,
     "Objects without a shape in a one-dimensional signal: map of the statistic, threshold, detections, tracks, errors.",
     _example(SignalScene()),
     scenes_page(

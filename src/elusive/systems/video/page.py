@@ -26,7 +26,7 @@ def _example(drawn: VideoSimulation) -> str:
 
 
 PAGE = Page(
-    "video", "/video", TITLE,
+    "video", "/video", "Radar video", TITLE,
     "What a radar receives, before any threshold: clutter learnt from place to place, ships followed through it, what "
     "lies still told apart; a plan (PPI) and a B-scan that play.",
     _example(VideoScene().simulation),

@@ -47,7 +47,7 @@ async def build(example: bool, file: str = "") -> None:
 
 
 PAGE = Page(
-    "bearings", "/bearings", TITLE,
+    "bearings", "/bearings", "Bearings", TITLE,
     "Directions of arrival at a few sensors: a scene, its bearings, several estimators side by side, their errors "
     "against the bound.",
     "three sensors, a curved path, strays among the bearings; three estimators side by side.",

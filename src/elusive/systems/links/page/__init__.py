@@ -75,7 +75,7 @@ def _tracking_window(state: LinksState) -> None:
 
 
 PAGE = Page(
-    "links", "/links", TITLE,
+    "links", "/links", "People", TITLE,
     "A radio network sees people by the links they shadow: paths, radiation, sensors, image, tracks, scores.",
     "three people among 41 radios on the border of 24 by 24 m, the first simulation of Mendieta (2017).",
     build,

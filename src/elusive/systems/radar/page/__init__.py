@@ -51,7 +51,7 @@ async def build(ready: bool, file: str = "") -> None:
 
 
 PAGE = Page(
-    "radar", "/charts", TITLE,
+    "radar", "/charts", "Ships and charts", TITLE,
     "Electronic charts that are imprecise: land, quality zones, probability of water; a radar's plots tracked without "
     "a chart, with a hard one, and with four uses that know how wrong it may be.",
     "a ship through a synthetic delta, 5 km from its radar, after Bootsveld (2012), chapter 6.",
