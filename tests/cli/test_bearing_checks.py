@@ -184,7 +184,7 @@ WRONG = {
         lambda seed: from_a_bow(flown(seed), 30.0, 0.0),
         SITES_M,
         SIGMA_DEG,
-        "azimuths of sensor 2 are about",
+        "azimuths of sensor 2 are 30 degrees too small",
     ),
     "swinging": (
         lambda seed: from_a_bow(flown(seed), 30.0, 20.0),
@@ -209,7 +209,7 @@ WRONG = {
     "stuck": (stuck, SITES_M, SIGMA_DEG, "Sensor 2 reports exactly what it has just reported"),
     "doubled": (lambda seed: [one for one in flown(seed) for _ in range(2)], SITES_M, SIGMA_DEG, "lines stand twice"),
     "rounded times": (lambda seed: whole_seconds(flown(seed)), SITES_M, SIGMA_DEG, "times are rounded"),
-    "mirrored": (mirrored, SITES_M, SIGMA_DEG, "the azimuths of sensor 2 alone are read anticlockwise from north"),
+    "mirrored": (mirrored, SITES_M, SIGMA_DEG, "as the others fit without it"),
     "exchanged": (flown, SITES_M[[1, 0, 2]], SIGMA_DEG, "are exchanged"),
 }
 

@@ -104,7 +104,7 @@ def one_clock_late(rng: np.random.Generator) -> tuple[list[Row], Array]:
 ODD: dict[str, tuple[Callable[[np.random.Generator], tuple[list[Row], Array]], str, str]] = {
     "front and back": (front_and_back, "bearings.mirrored", "does not tell front from back"),
     "off a wall": (off_a_wall, "bearings.images", "are mirror images of each other"),
-    "mirrored past a line": (mirrored_past_a_line, "bearings.convention", "anticlockwise from north"),
+    "mirrored past a line": (mirrored_past_a_line, "bearings.sensors", "anticlockwise from north"),
     "a drifting north": (a_drifting_north, "bearings.norths", "errors wander by"),
     "one clock late": (one_clock_late, "bearings.sensors", "the bearings of sensor 1 come"),
 }

@@ -59,7 +59,7 @@ def test_a_press_while_frames_are_drawn_ends_it(monkeypatch, pressed):
     [
         (bearings, "open_bearings", ()),
         (bearings, "sinks_of", ("--follow",)),  # it was lost: the command waited for what comes, until a second press
-        (results, "track_findings", ()),  # it was lost: all was written, some seconds after
+        (results, "judged", ()),  # it was lost: all was written, some seconds after
     ],
 )
 def test_a_press_ends_whatever_a_command_is_at(monkeypatch, pressed, tmp_path, where, what, more):
@@ -81,6 +81,6 @@ def test_a_press_while_kernels_compile_ends_it_after_that(monkeypatch, pressed, 
             time.sleep(0.001)
         pytest.fail("nobody heeded it")
 
-    monkeypatch.setattr(results, "track_findings", compile_and_go_on)
+    monkeypatch.setattr(results, "judged", compile_and_go_on)
     pressed(*FLIGHT)
     assert compiler["compiled"]

@@ -53,10 +53,10 @@ def test_sensors_that_are_not_alike_are_weighed_so():
 
 
 def test_what_is_wrong_in_another_way_is_not_hidden_by_a_larger_one():
-    """Azimuths anticlockwise from east leave their path by tens of degrees, and are named."""
+    """Azimuths anticlockwise from east leave their path by tens of degrees, and are named; read so they tell theirs."""
     sets = [one._replace(azimuth_rad=np.pi / 2 - one.azimuth_rad) for one in heard(2, 1.0)]
     found = errors_found(UNTOLD, SITES, sets)
-    assert found.sigma_deg == 1.0
+    assert found.sigma_deg == pytest.approx(1.0, rel=4 / math.sqrt(2 * 120))
     named = [one for one in checked(found, SITES, list(track(sets, found, SITES))) if not one.holds]
     assert any("anticlockwise from east" in one.sentence for one in named)
 

@@ -8,9 +8,11 @@ from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.sensor_errors import errors_of, shifted
 from elusive.systems.bearings.track import track
-from tests.cli.test_bearing_checks import SIGMA_DEG, SITES_M, flown
+from tests.cli.test_bearing_checks import RIGHT, SIGMA_DEG, SITES_M, flown
 
 SITES = SensorSites(("1", "2", "3"), np.column_stack([SITES_M, np.zeros(3)]))
+ELSEWHERE = SITES._replace(positions_m=np.add(SITES.positions_m, [(0, 0, 0), (25, -10, 0), (0, 0, 0)]))
+STATES = RIGHT.flight().states
 TRACKING = BearingTracking(sigma_deg=SIGMA_DEG)
 
 
@@ -30,7 +32,7 @@ def all_rows(sets):
 def test_bearings_without_an_error_are_what_they_were():
     sets = flown(1)[:20]
     base = list(track(sets, TRACKING, SITES))
-    errors = errors_of([sets], [base], SITES, [0, 1, 2], SIGMA_DEG)
+    errors = errors_of([sets], [base], SITES, [0, 1, 2], SIGMA_DEG, {1: [base]})
     assert [error.kind for error in errors] == ["north", *(["north", "clock", "drift", "place"] * 3)]
     north, clock, drift, place = errors[5:9]  # of the second sensor
     mended, _ = north.without(turned(sets, s2=4.0), SITES, (4.0,))
@@ -43,5 +45,15 @@ def test_bearings_without_an_error_are_what_they_were():
     back = clock.without(clock.without(sets, SITES, (-2.0,))[0], SITES, (2.0,))[0]
     np.testing.assert_allclose(all_rows(back), all_rows(sets), atol=1e-12)
     assert [len(one.sensor) for one in back] == [len(one.sensor) for one in sets]
+    # where the second sensor would stand by its own bearings of a path that is exact
+    exact = [
+        step._replace(tracks=(step.tracks[0]._replace(mean=state),)) for step, state in zip(base, STATES, strict=False)
+    ]
+    sharp = [
+        one._replace(azimuth_rad=np.arctan2(*(state[[0, 2]] - SITES_M[one.sensor]).T))
+        for one, state in zip(sets, STATES, strict=False)
+    ]
+    *_, again, _, _, _, _ = errors_of([sharp], [base], ELSEWHERE, [0, 1, 2], SIGMA_DEG, {1: [exact]})
+    np.testing.assert_allclose(again.first, SITES_M[1] - ELSEWHERE.positions_m[1, :2], atol=1e-6)
     moved = place.without(sets, SITES, (3.0, -4.0))[1].positions_m - SITES.positions_m
     assert moved.tolist() == [[0, 0, 0], [3, -4, 0], [0, 0, 0]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,9 +12,9 @@ from elusive.checks import Finding
 from elusive.contracts import X, Y
 from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.causes import cause_of, convention_finding, in_radians
+from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
-from elusive.systems.bearings.faults import fault_finding, fault_of, motion_finding
+from elusive.systems.bearings.faults import Fault, fault_finding, fault_of, motion_finding
 from elusive.systems.bearings.geometry import geometry_findings, upper
 from elusive.systems.bearings.given import (
     beneath_finding,
@@ -37,9 +38,21 @@ COVERED = 0.7  # of a deviation, within which it covers errors that persist: fro
 NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too many, and their share of the times
 
 
+class Judged(NamedTuple):
+    """What was checked of a track, and what was found to be wrong with a sensor."""
+
+    findings: tuple[Finding, ...]
+    fault: Fault | None
+
+
 def track_findings(
     steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, who: str = ""
 ) -> tuple[Finding, ...]:
+    """Check one emitter's track; see :func:`judged`."""
+    return judged(steps, parameters, sites, who).findings
+
+
+def judged(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, who: str = "") -> Judged:
     """Check one emitter's track.
 
     Parameters
@@ -59,14 +72,15 @@ def track_findings(
     found.append(repeated_finding(heard, sites, parameters.deviation_deg, said))
     found.append(mirrored_finding(heard, sites, parameters.deviation_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
-        return tuple(found)
+        return Judged(tuple(found), None)
     flt = parameters.filter
     solid = "z" in known[0].state.state_names
     sensor = parameters.sensor_of(sites, type(known[0].measurement), solid)
     left = leftovers(known, sensor, flt if isinstance(flt, Estimation) else None)
     scale = scale_of(left)
+    residuals, fault = _residuals(scale, known, parameters, sites, said)
     found += [
-        *_residuals(scale, known, parameters, sites, said),
+        *residuals,
         _uneven(left, parameters, sites, said),
         _convergence(known, parameters, said),
     ]
@@ -78,7 +92,7 @@ def track_findings(
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
     found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
-    return tuple(found)
+    return Judged(tuple(found), fault)
 
 
 def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:
@@ -109,7 +123,7 @@ def _alone(steps: Sequence[Step], parameters: BearingTracking, solid: bool, said
 
 def _residuals(
     scale: Scale, steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str
-) -> list[Finding]:
+) -> tuple[list[Finding], Fault | None]:
     """Check the residuals' size and, where that is right, that they do not persist."""
     precise = _precision(parameters, type(steps[0].measurement))
     seen = (
@@ -118,15 +132,10 @@ def _residuals(
     )
     # where errors persist a deviation that looks too large may be what covers them
     persists = scale.persists and scale.lasting > COVERED
-    cause = None
     if scale.wide:
-        cause = cause_of(steps, parameters, sites, scale)
-    elif persists:
-        cause = in_radians(steps, parameters, sites)
-    if cause is not None:
-        return [
-            Finding("bearings.residuals", False, 1.0, scale.half, f"{upper(seen)}: {cause.sentence}.", cause.remedy)
-        ]
+        cause, fault = cause_of(steps, parameters, sites)
+        wide = Finding("bearings.residuals", False, 1.0, scale.half, f"{upper(seen)}: {cause.sentence}.", cause.remedy)
+        return [wide], fault
     error = 1.17 * NARROW * 2 / math.sqrt(max(scale.number, 1.0))
     narrow = scale.number >= FEW and scale.half < NARROW - error and not scale.persists
     found = [
@@ -146,13 +155,11 @@ def _residuals(
             "elusive fit bearings finds both as far as the bearings tell them.",
         )
     )  # fmt: skip
-    convention = convention_finding(steps, parameters, sites, said)
-    found.append(convention)
-    fault = fault_of([steps], parameters, sites) if convention.holds else None
+    fault = fault_of([steps], parameters, sites)
     found += [fault_finding(fault, said), norths_finding(steps, parameters, sites, said)]
-    if fault is None and not persists and convention.holds:
+    if found[-2].holds and not persists:
         found.append(motion_finding(steps, parameters, sites, said))
-    return found
+    return found, fault
 
 
 def _uneven(left: Leftovers, parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:

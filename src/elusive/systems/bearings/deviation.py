@@ -8,14 +8,15 @@ from collections.abc import Sequence
 from elusive.errors import DataError
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.causes import ALONE, in_radians, of_several, reading_of
+from elusive.systems.bearings.causes import ALONE, of_several
 from elusive.systems.bearings.choices import Estimation, GraphFilter, OneEmitter
-from elusive.systems.bearings.faults import LEAST_TIMES
+from elusive.systems.bearings.faults import LEAST_TIMES, fault_of
 from elusive.systems.bearings.fit import fit_bearings
 from elusive.systems.bearings.fitting import tracked
 from elusive.systems.bearings.leftovers import FEW
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import NORTHS, powers_found
+from elusive.systems.bearings.readings import perhaps_radians
 from elusive.systems.bearings.uneven import with_sensor_times
 
 NORTHS_DEG = 10.0  # of what persists, beyond which azimuths rather mean something else
@@ -45,10 +46,15 @@ def errors_found(parameters: BearingTracking, sites: SensorSites, heard: Sequenc
         return usual
     moving = powers_found(usual, sites, [heard])
     steps, scale = tracked(heard, moving, sites)
-    if scale is None or in_radians(steps, moving, sites) is not None:
+    if scale is None:
         return usual
-    if scale.wide and reading_of(steps, moving, sites, scale) is not None:
-        return usual
+    if scale.wide or perhaps_radians(heard):
+        fault = fault_of([steps], moving, sites, roughly=True)
+        if fault is not None:
+            # as they are meant they tell how precise they are
+            heard, sites = fault.perhaps[0].error.without(
+                [one for one in heard if isinstance(one, BearingSet)], sites, ()
+            )
     try:
         fit = fit_bearings(heard, sites, parameters)
     except DataError:  # one sensor alone

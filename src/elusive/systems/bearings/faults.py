@@ -8,7 +8,7 @@ size.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -21,24 +21,39 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.choices import Estimation, Powered
 from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
+from elusive.systems.bearings.found_norths import LEAST_SENSORS
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import whole_path
-from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of
+from elusive.systems.bearings.readings import readings
+from elusive.systems.bearings.sensor_errors import Heard, SensorError, Sizes, errors_of, swinging
 from elusive.tracking.track import Step
 
 TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
 LEAST_TIMES = 12
 TWENTY_TO_ONE = 3.0  # of log evidence
-GAIN = 15.0  # of log evidence, by chance 4e-8 each, and 1e-3 where errors persist a little
+GAIN = (
+    10.0  # of log evidence, by chance 5e-5 each without a size, 4e-8 with one, and 1e-3 where errors persist a little
+)
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
-ELSEWISE = ("place", "clock")  # what is no direction's error
+ELSEWISE = ("place", "clock", "any", "reading")  # what is no direction's error
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
 LONGEST = 2000  # times, of a motion that is tried
 FREER = 4.0  # times the power of the motion's noise that is tried
 MANOEUVRES, HARDLY = 20.0, 0.5  # of log evidence (flights with sharp corners reach 14), and deviations of the path
 PROMISES = (0.5, 0.8, 0.9)  # of the evidence that is asked for, which each step of a search must expect
+ROUNDS, FURTHEST, RISES = 8, 6.0, 1.0  # steps of a search, units that one goes, log evidence from which it goes on
+
+
+class Explained(NamedTuple):
+    """An error at its most probable size."""
+
+    error: SensorError
+    sizes: Sizes
+    spread: tuple[Sizes, ...]  # by which its sizes are uncertain, along each axis
+    gain: float  # of log evidence
+    paths: list[list[Step]]  # of each emitter
 
 
 class Fault(NamedTuple):
@@ -49,17 +64,14 @@ class Fault(NamedTuple):
     gain: float  # of log evidence
     moved: float  # how far a path lies off without it, or what is as likely, in its deviations
     fits: bool  # whether nothing is left to be explained
+    perhaps: list[Explained]  # those that explain enough, the likeliest first
+    claimed: float  # log evidence that the path as it was tracked gains
 
 
-class _Explained(NamedTuple):
-    error: SensorError
-    sizes: Sizes
-    gain: float
-    paths: list[list[Step]]  # of each emitter
-
-
-def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites) -> Fault | None:
-    """Return the error of a sensor that explains emitters' bearings best, if one does and matters.
+def fault_of(
+    emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites, *, roughly: bool = False
+) -> Fault | None:
+    """Return the error of a sensor that explains emitters' bearings best, if one does.
 
     Parameters
     ----------
@@ -67,10 +79,10 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
         The steps of each, with its bearings alone.
     parameters, sites
         What they were tracked with.
+    roughly
+        Whether only errors without a size are tried: other readings, and a sensor without which the others fit.
     """
-    # a sensor that errs otherwise is taken for less precise where nobody tells
-    alike = parameters.replace(sensor_times=None)
-    asked, heard, base = tried_with(alike, biased=False), list[Heard](), list[list[Step]]()
+    asked, heard, base = exactly(parameters), list[Heard](), list[list[Step]]()
     assert isinstance(asked.filter, Estimation)
     for steps in emitters:
         start = max(0, (len(steps) - TIMES) // 2)
@@ -79,21 +91,29 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
             path = path_of(part, asked, sites)
             heard, base = ([*heard, part], [*base, path]) if path is not None else (heard, base)
     used = sorted({number for part in heard for times in part for number in times.sensor.tolist()})
-    if not 3 <= len(used) <= SENSORS:
+    if len(used) < 2:
         return None
-    claimed, least, as_well = base, GAIN, GAIN
+    claimed, gained, least, as_well = base, 0.0, GAIN, GAIN
     if bias_of(parameters) is not None or parameters.sensor_times is not None:
         # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
         claimed = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(heard, base, strict=True)]
         gained = max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)
         # a place or a clock that explains as much as large norths is as likely
-        least, as_well = GAIN + gained, gained - AS_LIKELY if gained > GAIN + AS_LIKELY else GAIN + gained
-    errors = errors_of(heard, base, sites, used, parameters.deviation_deg)
-    found = [
-        one
-        for one in _explaining(errors, heard, sites, asked, base, as_well)
-        if one.gain > least or one.error.kind in ELSEWISE
-    ]
+        least, as_well = GAIN + gained, gained - 2 * AS_LIKELY if gained > GAIN + 2 * AS_LIKELY else GAIN + gained
+    sized = list[Explained]()
+
+    def try_all(tried: Iterable[SensorError]) -> None:
+        each = (_sized(error, heard, sites, asked, base, as_well) for error in tried)
+        sized.extend(one for one in each if one is not None)
+
+    try_all(readings([times for part in heard for times in part], sites, used))
+    if LEAST_SENSORS <= len(used) <= SENSORS:
+        try_all(swinging(sites.names[row], row) for row in used)
+        if not roughly:
+            without = {one.error.row: one.paths for one in sized if one.error.row is not None}
+            try_all(errors_of(heard, base, sites, used, parameters.deviation_deg, without))
+    found = [one for one in sized if one.gain > (as_well if one.error.kind in ELSEWISE else least)]
+    found.sort(key=lambda one: -one.gain)
     if not found:
         return None
     best = found[0]
@@ -106,8 +126,13 @@ def fault_of(emitters: Sequence[Sequence[Step]], parameters: BearingTracking, si
     moved = max(apart_by(*two) for one in (best, *others) for two in zip(claimed, one.paths, strict=True))
     as_found = ["that norths are off as was found with the path"] if best.gain <= least else []
     what = ", or ".join([what, *as_found, *(one.error.said(one.sizes)[0] for one in others[:1])])
-    fault = Fault(what, remedy, best.gain, moved, fits)
-    return fault if fault.moved > MOVED else None
+    return Fault(what, remedy, best.gain, moved, fits, found, gained)
+
+
+def exactly(parameters: BearingTracking) -> BearingTracking:
+    """Return what paths are estimated with where sensors err in one way alone, that is tried."""
+    # a sensor that errs otherwise is taken for less precise where nobody tells
+    return tried_with(parameters.replace(sensor_times=None), biased=False)
 
 
 def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSites) -> bool:
@@ -147,24 +172,10 @@ def fault_finding(fault: Fault | None, said: str) -> Finding:
     what, remedy = (fault.what, fault.remedy) if fault else ("", "")
     moved, gain = (fault.moved, fault.gain) if fault else (0.0, 0.0)
     return Finding(
-        "bearings.sensors", fault is None, 0.0, moved,
-        f"{said}The bearings together say that {what} (their log evidence rises by {gain:.0f}): as it is the path lies "
-        f"{moved:.1f} of its deviations off, and its ellipses cannot be trusted.", remedy,
+        "bearings.sensors", moved <= MOVED, 0.0, moved,
+        f"{said}The bearings fit better if {what} (their log evidence rises by {gain:.0f}): as they were told the path "
+        f"lies {moved:.1f} of its deviations off, and its ellipses cannot be trusted.", remedy,
     )  # fmt: skip
-
-
-def _explaining(
-    errors: Sequence[SensorError],
-    heard: list[Heard],
-    sites: SensorSites,
-    asked: BearingTracking,
-    base: list[list[Step]],
-    least: float,
-) -> list[_Explained]:
-    """Return the errors that raise the evidence by enough, those that raise it most first."""
-    sized = [_sized(error, heard, sites, asked, base, least) for error in errors]
-    found = [one for one in sized if one is not None and one.gain > least]
-    return sorted(found, key=lambda one: -one.gain)
 
 
 def _sized(
@@ -174,9 +185,10 @@ def _sized(
     asked: BearingTracking,
     base: list[list[Step]],
     least: float,
-) -> _Explained | None:
+) -> Explained | None:
     """Find the sizes of most evidence by Newton's method on differences; None where it comes to nothing."""
     n, begun = len(error.units), sum(map(evidence_of, base))
+    spread = np.empty((0, n))
     at, unit, level, near = np.zeros(n), np.array(error.units), begun, list(map(_smoothed, base))
 
     def mended(sizes: Array) -> list[tuple[Heard, SensorSites]]:
@@ -188,7 +200,12 @@ def _sized(
     def value(sizes: Array) -> float:
         return sum(path.log_evidence for path in along(sizes))
 
-    for promised in PROMISES:
+    if np.isfinite(error.first).all() and np.any(error.first):
+        begun_at = [path_of(part, asked, places) for part, places in mended(np.array(error.first))]
+        there = [_smoothed(path) for path in begun_at if path is not None]
+        if len(there) == len(heard) and (reached := sum(path.log_evidence for path in there)) > level:
+            at, level, near = np.array(error.first), reached, there
+    for count in range(ROUNDS if n else 0):
         ways = np.diag(unit)
         up, down = (np.array([value(at + sign * way) for way in ways]) for sign in (1.0, -1.0))
         slope, bend = 0.5 * (up - down), np.diag(2 * level - up - down)
@@ -199,18 +216,32 @@ def _sized(
         bends, axes = np.linalg.eigh(bend)
         pull = axes.T @ slope
         steps = np.where(bends > 0, pull / np.where(bends > 0, bends, 1.0), 3.0 * np.sign(pull))
-        if (bends > 0).all() and level - begun + 0.5 * float(pull @ steps) < promised * least:
+        promised = PROMISES[min(count, len(PROMISES) - 1)] * least
+        if (bends > 0).all() and level - begun + 0.5 * float(pull @ steps) < promised:
             return None
-        move = axes @ np.clip(steps, -6.0, 6.0) * unit
-        there = along(at + move)
-        if (now := sum(path.log_evidence for path in there)) > level:
-            at, level, near = at + move, now, there
-        unit = 0.5 * unit
+        spread = (ways @ axes * np.minimum(1 / np.sqrt(np.maximum(bends, 1e-9)), FURTHEST)).T
+        clipped = np.clip(steps, -FURTHEST, FURTHEST)
+        there = along(at + axes @ clipped * unit)
+        rise = sum(path.log_evidence for path in there) - level
+        if rise > 0:
+            at, level, near = at + axes @ clipped * unit, level + rise, there
+        if not (rise > RISES or count < len(PROMISES) - 1):
+            break
+        # what goes as far as it may is sought further off
+        unit = unit * (2.0 if rise > 0 and (clipped != steps).any() else 0.5)
     paths = [path for part, places in mended(at) if (path := path_of(part, asked, places)) is not None]
     if len(paths) < len(heard):
         return None
-    gain = sum(map(evidence_of, paths)) - begun - AS_LIKELY * (n - 1)  # a second size has to say as much more
-    return _Explained(error, tuple(at.tolist()), gain, paths)
+    gain = sum(map(evidence_of, paths)) - begun - AS_LIKELY * n  # each size has to say as much
+    before, kept = _number(heard), _number([part for part, _ in mended(at)])
+    # what is left out is as likely in any direction
+    gain += error.likelier * kept - math.log(2 * math.pi) * (before - kept)
+    return Explained(error, tuple(at.tolist()), tuple(map(tuple, spread.tolist())), gain, paths)
+
+
+def _number(emitters: Sequence[Heard]) -> int:
+    """Return how many bearings there are."""
+    return sum(len(times.sensor) for heard in emitters for times in heard)
 
 
 def _smoothed(steps: list[Step]) -> SmoothedPath:

@@ -56,11 +56,11 @@ def fit_bearings(heard: Sequence[PlaceSet], sites: SensorSites, given: BearingTr
     given = given or BearingTracking()
     search = _Search(heard, sites, given)
     best = plain = search.found(search.names, FIRST)
-    if not math.isfinite(plain.level):
-        raise DataError("fit: no path of one emitter explains the bearings; look at the azimuths and the places.")
-    if bias_of(given) is None:
+    if math.isfinite(plain.level) and bias_of(given) is None:
         best = search.persisting(plain)
     scale = search.scale(best.parameters)
+    if not (math.isfinite(plain.level) and math.isfinite(scale.half)):
+        raise DataError("fit: no path of one emitter explains the bearings; look at the azimuths and the places.")
     covered = scale.persists and not search.crossed
     if covered:
         best, scale = plain, search.scale(plain.parameters)

@@ -18,9 +18,6 @@ from elusive.systems.bearings.leftovers import Leftovers, Scale, leftovers, scal
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.tracking.track import Step
 
-BETTER = 3.0  # times by which another reading must fit better, or lie far less often
-FITS_HALF, FITS_FAR = 1.8, 0.15  # residuals in the median to what is expected, and share of those that lie far
-
 
 def bias_of(parameters: BearingTracking) -> AngleBias | None:
     """Return the bias of each sensor that is estimated."""
@@ -77,13 +74,3 @@ def left_beside(
         steps = []
     sensor = asked.sensor_of(sites, BearingSet, bool(steps) and "z" in steps[0].state.state_names)
     return steps, leftovers(steps, sensor, asked.filter)
-
-
-def fits(scale: Scale) -> bool:
-    """Say whether residuals are about as large as they should be."""
-    return scale.half < FITS_HALF and scale.far < FITS_FAR
-
-
-def better(scale: Scale, than: Scale) -> bool:
-    """Say whether residuals fit where others did not."""
-    return fits(scale) and (scale.half < than.half / BETTER or (than.far > FITS_FAR and scale.far < than.far / BETTER))

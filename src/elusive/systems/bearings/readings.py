@@ -1,9 +1,10 @@
-"""Other ways in which angles may be meant: other conventions, of all sensors or of one, and names exchanged."""
+"""Other ways in which angles may be meant: other conventions, and sensors under each other's names."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import combinations
 from typing import NamedTuple
 
@@ -11,16 +12,10 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearings import wrapped
+from elusive.systems.bearings.sensor_errors import Heard, SensorError
 
-FEWEST, MOST = 3, 5  # sensors of which one alone may be read otherwise
-
-
-class Cause(NamedTuple):
-    """What a finding says of its cause, and what to do."""
-
-    sentence: str
-    remedy: str
-    deviation_deg: float | None = None  # that explains it, where nothing else does
+FEWEST, MOST = 3, 5  # sensors of which two may be exchanged
 
 
 class Convention(NamedTuple):
@@ -56,42 +51,55 @@ ELEVATIONS = (
 )
 
 
-def reread(heard: Sequence[object], convention: Convention, sensor: int | None = None) -> list[BearingSet]:
-    """Return bearings as another convention has them, of one sensor or of all."""
-    return [
-        times._replace(
-            azimuth_rad=np.where(
-                (times.sensor == sensor) | (sensor is None), convention.meant(times.azimuth_rad), times.azimuth_rad
-            )
-        )
-        for times in heard
-        if isinstance(times, BearingSet)
-    ]
+def reread(heard: Sequence[BearingSet], convention: Convention) -> list[BearingSet]:
+    """Return bearings as another convention has them."""
+    return [times._replace(azimuth_rad=convention.meant(times.azimuth_rad)) for times in heard]
 
 
-def conventions(heard: Sequence[BearingSet]) -> Iterator[tuple[Cause, list[BearingSet]]]:
-    """Other ways to read all bearings."""
+def perhaps_radians(heard: Sequence[object]) -> bool:
+    """Say whether no azimuth, of two sensors or more, is beyond a turn of radians."""
+    every = [times for times in heard if isinstance(times, BearingSet) and len(times.sensor)]
+    if len({number for times in every for number in times.sensor.tolist()}) < 2:
+        return False
+    return (
+        float(np.rad2deg(np.abs(wrapped(np.concatenate([times.azimuth_rad for times in every])))).max()) <= 2 * math.pi
+    )
+
+
+def readings(heard: Sequence[BearingSet], sites: SensorSites, used: Sequence[int]) -> list[SensorError]:
+    """Other ways to read bearings: all of them, or two sensors under each other's names."""
+    found = []
     for convention in CONVENTIONS:
-        yield Cause(f"the azimuths are read {convention.name}", convention.remedy), reread(heard, convention)
+        if convention is not RADIANS:
+            found.append(_reading("azimuths", convention, partial(reread, convention=convention)))
+        elif perhaps_radians(heard):
+            # a number that is a radian is 57 times as far from the next one
+            read = _reading("azimuths", RADIANS, partial(reread, convention=RADIANS))
+            found.append(read._replace(likelier=math.log(180 / math.pi)))
     if any(np.isfinite(times.elevation_rad).any() for times in heard):
-        for convention in ELEVATIONS:
-            other = [times._replace(elevation_rad=convention.meant(times.elevation_rad)) for times in heard]
-            yield Cause(f"the elevations are read {convention.name}", convention.remedy), other
+        found += [_reading("elevations", convention, partial(_upwards, convention)) for convention in ELEVATIONS]
+    if FEWEST <= len(used) <= MOST and all(times.places_m is None for times in heard):
+        found += [_exchanged(sites, *pair) for pair in combinations(used, 2)]
+    return found
 
 
-def readings(heard: Sequence[BearingSet], sites: SensorSites) -> Iterator[tuple[Cause, list[BearingSet]]]:
-    """Other ways to read bearings: all of them, those of one sensor, or two sensors under each other's names."""
-    yield from conventions(heard)
-    used = np.unique(np.concatenate([times.sensor for times in heard])).tolist()
-    if not FEWEST <= len(used) <= MOST or any(times.places_m is not None for times in heard):
-        return
-    for number in used:
-        for convention in CONVENTIONS:
-            which = f"the azimuths of sensor {sites.names[number]} alone are read {convention.name}"
-            yield Cause(which, convention.remedy), reread(heard, convention, number)
-    for one, other in combinations(used, 2):
-        names = f"sensors {sites.names[one]} and {sites.names[other]}"
-        rows = np.arange(len(sites.names))
-        rows[[one, other]] = other, one
-        exchanged = [times._replace(sensor=rows[times.sensor]) for times in heard]
-        yield Cause(f"{names} are exchanged", f"Exchange the names of {names}, or their places."), exchanged
+def _reading(what: str, convention: Convention, meant: Callable[[Heard], Heard]) -> SensorError:
+    said = f"the {what} are read {convention.name}", convention.remedy
+    return SensorError((), "reading", lambda sizes: said, lambda heard, sites, sizes: (meant(heard), sites))
+
+
+def _upwards(convention: Convention, heard: Heard) -> Heard:
+    return [times._replace(elevation_rad=convention.meant(times.elevation_rad)) for times in heard]
+
+
+def _exchanged(sites: SensorSites, one: int, other: int) -> SensorError:
+    names = f"sensors {sites.names[one]} and {sites.names[other]}"
+    rows = np.arange(len(sites.names))
+    rows[[one, other]] = other, one
+    said = f"{names} are exchanged", f"Exchange the names of {names}, or their places."
+    return SensorError(
+        (),
+        "reading",
+        lambda sizes: said,
+        lambda heard, sites, sizes: ([times._replace(sensor=rows[times.sensor]) for times in heard], sites),
+    )

@@ -17,8 +17,9 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.report.clock import Clock
 from elusive.results import Scored, TrackLog, scored, write_geojson, write_recording, write_tracks_csv
 from elusive.sensors.bearing_sets import SensorSites
-from elusive.systems.bearings.checks import track_findings
+from elusive.systems.bearings.checks import judged
 from elusive.systems.bearings.heard import bearings_of, moving, sensors_of, starts_of
+from elusive.systems.bearings.mended import mended
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.report import (
     BearingsTracked,
@@ -58,6 +59,9 @@ def outcome_of(
     cutoff_m: float | None = None,
 ) -> BearingOutcome[BearingsTracked]:
     """Lay out track, table and report of a recording of one emitter; ``emitters``: why it is taken for one."""
+    findings, fault = judged(steps, parameters, sites)
+    steps = mended(steps, fault, parameters, sites)
+    remarks = [*remarks, *([f"Places are told as of what fits best: {fault.what}."] if fault else [])]
     names = steps[0].state.state_names
     log = TrackLog(names, "m")
     for step in steps:
@@ -84,7 +88,6 @@ def outcome_of(
         starts=starts if moving(heard) else None,
     )  # fmt: skip
     reporting = [set(sensors_of(step.measurement).tolist()) for step in steps]
-    findings = track_findings(steps, parameters, sites)
     verdict = _verdict(
         tracked, alone=len(set[int]().union(*reporting)) < 2 and not moving(heard), unsure=grave(findings)
     )

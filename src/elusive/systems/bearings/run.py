@@ -23,7 +23,7 @@ from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
-from elusive.systems.bearings.checks import track_findings
+from elusive.systems.bearings.checks import judged, track_findings
 from elusive.systems.bearings.choices import Estimation, SeveralEmitters
 from elusive.systems.bearings.deviation import errors_found
 from elusive.systems.bearings.emitter import Emitter
@@ -31,6 +31,7 @@ from elusive.systems.bearings.found_norths import norths_of, with_norths
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.live_fit import LiveFit
 from elusive.systems.bearings.live_one import OneFit
+from elusive.systems.bearings.mended import mended
 from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
@@ -113,10 +114,12 @@ def track_bearings_recording(
         if labels or isinstance(emitters, SeveralEmitters):
             if labels:
                 alone = track_labelled(by_label, parameters, sites)
-                steps, found = together(its for its, _ in alone.values()), dict[str, Finding]()
+                each, found = list[list[Step]](), dict[str, Finding]()
                 for label, (its, own) in alone.items():
-                    found |= {one.sentence: one for one in track_findings(its, own, sites, label)}
-                findings = tuple(found.values())
+                    of_label, fault = judged(its, own, sites, label)
+                    found |= {one.sentence: one for one in of_label}
+                    each.append(mended(its, fault, own, sites))
+                steps, findings = together(each), tuple(found.values())
             else:
                 steps = list(track(heard, parameters, sites))
                 pairs = pairings(steps, parameters, sites)

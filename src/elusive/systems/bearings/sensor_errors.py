@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,10 +25,18 @@ class SensorError(NamedTuple):
     kind: str
     said: Callable[[Sizes], tuple[str, str]]  # what is wrong, and what to do
     without: Callable[[Heard, SensorSites, Sizes], Mended]
+    row: int | None = None  # of a sensor that is left out
+    first: Sizes = ()  # where a search may begin as well as at nought
+    likelier: float = 0.0  # log likelihood that each bearing gains since numbers then are further apart
 
 
 def errors_of(
-    heard: Sequence[Heard], base: Sequence[Sequence[Step]], sites: SensorSites, used: list[int], sigma_deg: float
+    heard: Sequence[Heard],
+    base: Sequence[Sequence[Step]],
+    sites: SensorSites,
+    used: list[int],
+    sigma_deg: float,
+    without: Mapping[int, Sequence[Sequence[Step]]],
 ) -> list[SensorError]:
     """Return the errors of one sensor each, and a north that is another for all.
 
@@ -42,6 +50,8 @@ def errors_of(
         The sensors, and the rows of those that report.
     sigma_deg
         Deviation of a bearing.
+    without
+        Paths by all others of some sensors.
     """
     steps, every = [step for path in base for step in path], [times for part in heard for times in part]
     spread = float(np.median([math.sqrt(step.tracks[0].covariance[X, X]) for step in steps]))
@@ -58,7 +68,8 @@ def errors_of(
         if last_s > first_s:
             found.append(_drifting(name, row, 0.5 * (first_s + last_s), 2 * sigma_deg / (last_s - first_s), sigma_deg))
         if all(times.places_m is None for times in every):
-            found.append(_placed(name, row, spread))
+            there = _resected(heard, without[row], row) if row in without else sites.positions_m[row, :2]
+            found.append(_placed(name, row, spread)._replace(first=tuple(there - sites.positions_m[row, :2])))
     return found
 
 
@@ -130,6 +141,35 @@ def _placed(name: str, row: int, unit: float) -> SensorError:
         return heard, sites._replace(positions_m=places)
 
     return SensorError((unit, unit), "place", says, without)
+
+
+def _resected(heard: Sequence[Heard], paths: Sequence[Sequence[Step]], row: int) -> Array:
+    """Return where a sensor would stand by what it hears of paths, ``(2,)``: its lines back from these meet there."""
+    rows, right = list[Array](), list[float]()
+    for part, path in zip(heard, paths, strict=True):
+        places = {step.time_s: step.tracks[0].mean[[X, Y]] for step in path}
+        for times in part:
+            for azimuth in times.azimuth_rad[times.sensor == row].tolist() if times.time_s in places else ():
+                rows.append(np.array([math.cos(azimuth), -math.sin(azimuth)]))
+                right.append(float(rows[-1] @ places[times.time_s]))
+    return np.asarray(np.linalg.lstsq(np.array(rows), np.array(right))[0]) if len(rows) > 1 else np.full(2, math.nan)
+
+
+def swinging(name: str, row: int) -> SensorError:
+    """Return an error of one sensor that leaves its bearings as likely in any direction."""
+
+    def says(sizes: Sizes) -> tuple[str, str]:
+        return (
+            f"the azimuths of sensor {name} are turned by angles that change, as the others fit without it: they are "
+            "from a bow that turns, or its heading, its place or its clock is wrong",
+            f"Add the heading of each time to the azimuths of {name}, or leave {name} out.",
+        )
+
+    def without(heard: Heard, sites: SensorSites, sizes: Sizes) -> Mended:
+        parts = [(times, times.sensor != row) for times in heard]
+        return [part_of(times, kept) for times, kept in parts if kept.any()], sites
+
+    return SensorError((), "any", says, without, row)
 
 
 def _joined(time_s: float, parts: list[BearingSet]) -> BearingSet:

@@ -1,0 +1,89 @@
+"""Paths of one emitter with the errors of sensors that its bearings tell, together as probable as each is.
+
+Hoeting, Madigan, Raftery and Volinsky (1999), Statistical Science 14(4): a mean over models by their evidence, each
+error's size as uncertain as the curvature of the evidence leaves it (MacKay, 2003, section 27).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.special import softmax
+
+from elusive.contracts import Array
+from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.systems.bearings.faults import Explained, Fault, exactly
+from elusive.systems.bearings.fitting import path_of
+from elusive.systems.bearings.parameters import BearingTracking
+from elusive.systems.bearings.sensor_errors import Sizes
+from elusive.tracking.track import Step
+
+HARDLY = 7.0  # of log evidence, below which an error is left out
+
+
+def mended(steps: Sequence[Step], fault: Fault | None, parameters: BearingTracking, sites: SensorSites) -> list[Step]:
+    """Return the steps of one emitter, of bearings alone, as an error of a sensor leaves them; none: as they are.
+
+    Parameters
+    ----------
+    steps
+        As the path was tracked, of all times.
+    fault
+        What its bearings tell.
+    parameters, sites
+        What it was tracked with.
+    """
+    if fault is None or not all(step.tracks and step.state.started for step in steps):
+        return list(steps)
+    logs = np.array([fault.claimed, *(one.gain for one in fault.perhaps)])
+    names = tuple(name for name in steps[0].state.state_names if not name.startswith("bias"))
+    d = len(names)
+    means = [np.array([step.tracks[0].mean[:d] for step in steps])]
+    spreads = [np.array([step.tracks[0].covariance[:d, :d] for step in steps])]
+    kept = [logs[0]]
+    for log, one in zip(logs[1:].tolist(), fault.perhaps, strict=True):
+        if log > logs.max() - HARDLY and (found := _path(steps, one, names, parameters, sites)) is not None:
+            kept, means, spreads = [*kept, log], [*means, found[0]], [*spreads, found[1]]
+    weight = softmax(kept)
+    mean = np.einsum("m,mkd->kd", weight, means)
+    off = np.array(means) - mean
+    spread = np.einsum("m,mkij->kij", weight, spreads) + np.einsum("m,mki,mkj->kij", weight, off, off)
+    return [
+        step._replace(
+            state=step.state._replace(state_names=names, mean=its, covariance=P),
+            tracks=(step.tracks[0]._replace(mean=its, covariance=P),),
+        )
+        for step, its, P in zip(steps, mean, spread, strict=True)
+    ]
+
+
+def _path(
+    steps: Sequence[Step], one: Explained, names: tuple[str, ...], parameters: BearingTracking, sites: SensorSites
+) -> tuple[Array, Array] | None:
+    """Return means ``(K, d)`` and covariances at the steps' times, with an error as uncertain as it is."""
+    heard, times_s = [step.measurement for step in steps], [step.time_s for step in steps]
+    asked, none = exactly(parameters), (np.empty(0, np.intp), np.empty(0), np.empty(0))
+
+    def along(sizes: Sizes) -> tuple[Array, Array] | None:
+        part, places = one.error.without(heard, sites, sizes)
+        # a clock that is set has times of its own
+        gone = sorted({*times_s} - {times.time_s for times in part})
+        part = sorted([*part, *(BearingSet(time_s, *none) for time_s in gone)], key=lambda times: times.time_s)
+        path = path_of(part, asked, places)
+        if path is None or path[0].state.state_names != names:  # of several motions the path is of one
+            return None
+        at = {step.time_s: step.tracks[0] for step in path}
+        tracks = [at[time_s] for time_s in times_s]
+        return np.array([track.mean for track in tracks]), np.array([track.covariance for track in tracks])
+
+    found = along(one.sizes)
+    if found is None:
+        return None
+    mean, spread = found
+    for axis in one.spread:
+        other = along(tuple(np.add(one.sizes, axis).tolist()))
+        if other is not None:
+            moved = other[0] - mean
+            spread = spread + np.einsum("ki,kj->kij", moved, moved)
+    return mean, spread
