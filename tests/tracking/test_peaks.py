@@ -10,7 +10,6 @@ from scipy import stats
 from scipy.spatial import cKDTree
 
 from elusive.errors import DataError
-from elusive.preprocess.old_blocks import within
 from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._pair_kernels import absorb, explain
@@ -296,53 +295,6 @@ def test_in_noise_no_guess_is_kept_for_a_likelier_one_and_what_was_seen_before_i
         if k < 12:
             number = targets.number[np.hypot(*(targets.mean_place - (80.0, 60.0)).T).argmin()]
         assert number in targets.number
-
-
-def coded(path: np.ndarray, old: np.ndarray) -> list[PeakBelief]:
-    """Follow a target, NaN where it is not seen, as the camera pans; the target's part of the frame is old or is not.
-
-    So is another corner of the frame, always.
-    """
-    rng = np.random.default_rng(4)
-    tracker, rests = SceneTracker(), resting(rng)
-    belief, beliefs, step = tracker.begin(), [], np.array([0.4, 0.0])
-    for k, place in enumerate(path):
-        scene = np.concatenate([rests, place[None], rng.uniform((0, 0), SHAPE[::-1], (60, 2))])
-        scene[: len(rests) + 1] += rng.normal(0, 0.2, (len(rests) + 1, 2)) + k * step
-        strength = np.concatenate([rng.normal(7, 0.4, len(rests)), rng.normal(8, 0.4, 1), 2 + rng.exponential(0.6, 60)])
-        seen = np.isfinite(scene[:, 0])
-        tiles = np.zeros((SHAPE[0] // 4, SHAPE[1] // 4), np.bool_)
-        tiles[-5:, -20:] = True
-        tiles[:-5] = old[k]
-        seen &= ~within(tiles, np.nan_to_num(scene), np.zeros(len(scene)))
-        peaks = peaks_of(k, scene[seen], strength[seen], k * step, step)._replace(old=tiles)
-        belief = tracker.follow(belief, float(k), peaks, SHAPE, 1.0)
-        beliefs.append(belief)
-    return beliefs
-
-
-def test_a_target_in_blocks_that_are_repeated_was_not_missed() -> None:
-    path = np.array([20.0, 60.0]) + np.outer(np.arange(60), [1.0, -0.4])
-    path[40:52] = np.nan
-    held, lost = (coded(path, (np.arange(60) >= 40) & (np.arange(60) < 52) & repeats) for repeats in (True, False))
-    before, after = (
-        [track for track in held[k].tracks if track.extra["shown"] and track.status == "confirmed"] for k in (39, 51)
-    )
-    assert [track.track for track in before] == [track.track for track in after]
-    assert after[0].existence > 0.5
-    np.testing.assert_allclose(
-        after[0].mean[[0, 2]], [71 + 51 * 0.4, 60 - 0.4 * 51], atol=3
-    )  # 12 frames of dead reckoning
-    assert not any(track.extra["shown"] and track.track == before[0].track for track in lost[51].tracks)
-    assert any(track.extra["shown"] and track.track == before[0].track for track in held[-1].tracks)
-
-
-def test_what_stops_where_a_coder_repeats_blocks_is_not_shown() -> None:
-    path = np.array([20.0, 60.0]) + np.outer(np.minimum(np.arange(60), 40), [1.0, -0.4])
-    beliefs = coded(path, np.zeros(60, np.bool_))
-    assert sum(track.extra["shown"] for track in beliefs[40].tracks) == 1
-    assert not any(track.extra["shown"] for track in beliefs[-1].tracks)
-    assert max(track.extra["moves"] for track in beliefs[-1].tracks) > 0.9
 
 
 def test_what_has_left_is_given_up() -> None:

@@ -24,7 +24,6 @@ from elusive.preprocess.dead_lines import without_dead_lines
 from elusive.preprocess.deformation import Deforming, deformation
 from elusive.preprocess.fixed_pattern import Pattern, pattern_after
 from elusive.preprocess.grey_levels import levels_of, quantiles_of, unit_of
-from elusive.preprocess.old_blocks import OldBlocks, old_blocks, within
 from elusive.preprocess.overlays import Overlays, laid_over
 from elusive.preprocess.peak_maps import Found, Groups, find, groups_of, in_space, in_time
 from elusive.preprocess.peak_tails import TailState
@@ -61,17 +60,7 @@ class Peaks(NamedTuple):
     quantiles: Array  # (11,) of the whitened finest map at LEVELS; a Gaussian's: scipy.special.ndtri(LEVELS)
     # (3, 2) D: what was at p in the last frame is at p + step_px + D[0] + p @ D[1:]; None where it is only shifted
     deformation: Array | None = None
-    old: Mask | None = None  # tiles in which it shows the scene as it was, and holds no peaks; None where not known
     anew: bool = False  # how the scene went was mistaken up to now, and what seemed to move or to rest in it with it
-
-    @property
-    def old_share(self) -> float:
-        """Share of the frame that shows the scene as it was."""
-        return 0.0 if self.old is None else float(np.mean(self.old))
-
-    def old_at(self, places_px: Array, scale_px: Array) -> NDArray[np.bool_]:
-        """Say of which things at places ``(n, 2)``, of a scale ``(n,)``, the frame shows nothing new."""
-        return np.zeros(len(places_px), np.bool_) if self.old is None else within(self.old, places_px, scale_px)
 
     @property
     def level(self) -> Array:
@@ -93,7 +82,6 @@ class PeakState(NamedTuple):
     usual: float  # correlation of a frame with its past
     deforming: Deforming
     overlays: Overlays
-    old: OldBlocks | None
     stuck: Watched
     pattern: Pattern | None
     tails: TailState | None
@@ -111,7 +99,7 @@ class PeakFinder(Model):
         """Return the state before the first frame."""
         nowhere = np.zeros(2)
         return PeakState(
-            0, (), 0.0, (), None, nowhere, nowhere, 0.0, Deforming(), Overlays(), None, NONE_WATCHED, None, None, None
+            0, (), 0.0, (), None, nowhere, nowhere, 0.0, Deforming(), Overlays(), NONE_WATCHED, None, None, None
         )
 
     def step(self, state: PeakState, frame: Array) -> PeakState:
@@ -183,21 +171,18 @@ class PeakFinder(Model):
         suspects = table[:2, (table[8] == 0) & (table[2] > SUSPECT)]
         stuck = watch(image, self.stuck, state.stuck, suspects, offset)
         grey = 1.0 / (unit or 1.0)
-        old = old_blocks(None if cut else state.old, known, state.overlays.last, offset)
         places, strength, scale, bright, found_in_time, contrast = peaks
-        new = ~within(old.tiles, places, scale)
-        peaks = places[new], strength[new], scale[new], bright[new], found_in_time[new], grey * contrast[new]
         coarse = scene.chosen()[1]
         newest = maps[coarse]
         before = Deforming() if cut or anew else state.deforming
         deforms, deforming = deformation(newest, step, coarse, before)
         output = Peaks(
-            state.frames_seen, *peaks, offset, step, cut, grey * noise, grey * pedestal, quantiles, deforms, old.tiles,
-            anew,
+            state.frames_seen, places, strength, scale, bright, found_in_time, grey * contrast, offset, step, cut,
+            grey * noise, grey * pedestal, quantiles, deforms, anew,
         )  # fmt: skip
         return PeakState(
-            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, deforming, overlays, old,
-            stuck, pattern, tails, output,
+            state.frames_seen + 1, image.shape, unit, pasts, newest, offset, step, usual, deforming, overlays, stuck,
+            pattern, tails, output,
         )  # fmt: skip
 
     def _rated(

@@ -44,7 +44,6 @@ class Watch(NamedTuple):
     visible: Array  # (n,) probability that it is there and may be seen
     group: NDArray[np.int64]  # (n,)
     seen: NDArray[np.int64]  # (n, 2) frames with a peak at the track, and beside it
-    unseen: NDArray[np.int64]  # (n,) frames that showed nothing new of the track's place
     looks: int
 
 
@@ -92,16 +91,15 @@ class Persistence(Model):
             watch = self._looked(watch, (time_s - watch.time_s) / interval_s, peaks, most)
             if watch.looks < self.looks:
                 return known._replace(watch=watch)
-            told = self.looks - watch.unseen > self.again
-            there = watch.seen[told] >= self.again
-            rows = np.column_stack([np.ones(len(there)), watch.visible[told], there])
+            there = watch.seen >= self.again
+            rows = np.column_stack([np.ones(len(there)), watch.visible, there])
             outcomes = outcomes.copy()
-            np.add.at(outcomes, watch.group[told], rows)
+            np.add.at(outcomes, watch.group, rows)
             share = self.shares(outcomes)
         watch = Watch(
             time_s, targets.mean_place[tracks], targets.mean_velocity[tracks], targets.level[tracks],
             targets.bright[tracks], targets.scale[tracks], targets.visible[tracks], groups_of(targets)[tracks],
-            np.zeros((len(tracks), 2), np.int64), np.zeros(len(tracks), np.int64), 0,
+            np.zeros((len(tracks), 2), np.int64), 0,
         )  # fmt: skip
         return Reliability(outcomes, share, watch if len(tracks) else None)
 
@@ -139,8 +137,7 @@ class Persistence(Model):
         order = np.argsort(found[:, 0])
         sought = (self._features(at, watch.level, watch.bright) for at in (place, beside))
         near = [nearest(found, order, at, 1.0)[1] >= 0 for at in sought]
-        unseen = watch.unseen + peaks.old_at(place + peaks.offset_px, watch.scale)
-        return watch._replace(seen=watch.seen + np.stack(near, axis=1), unseen=unseen, looks=watch.looks + 1)
+        return watch._replace(seen=watch.seen + np.stack(near, axis=1), looks=watch.looks + 1)
 
     def _features(self, places: Array, level: Array, bright: NDArray[np.bool_]) -> Array:
         """Lay peaks out such that those of one track are less than 1 apart, ``(m, 4)``."""

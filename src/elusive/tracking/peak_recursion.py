@@ -109,8 +109,7 @@ class PeakRecursion(Model):
         )  # fmt: skip
         existence = np.minimum(targets.existence, SUREST)
         visible = targets.visible * existence / np.maximum(targets.existence, 1e-300)
-        detected = np.where(peaks.old_at(targets.mean_place + peaks.offset_px, targets.scale), 0.0, self.detected)
-        missed_odds = 1 - visible * detected
+        missed_odds = 1 - visible * self.detected
         target, peak = pairs.target, pairs.peak
         odds = np.maximum((visible / missed_odds)[target] * pairs.likely, LEAST_ODDS)
         share, missed, unclaimed = associate(target, peak, np.log(odds), count, heard, TOLERANCE, ROUNDS)
@@ -120,7 +119,7 @@ class PeakRecursion(Model):
             values.copy() for values in (targets.place, targets.velocity, targets.variance, targets.weight)
         )
         likelihood = absorb(
-            place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * detected,
+            place, velocity, variance, weight, motions.table, pairs, message * seen[target], seen * self.detected,
             clutter.places, clutter.variance,
         )  # fmt: skip
         known = np.stack([targets.level, targets.strength, targets.scale])
@@ -140,7 +139,7 @@ class PeakRecursion(Model):
             velocity=velocity,
             variance=variance,
             weight=weight,
-            visible=hit + unseen * visible * (1 - detected),
+            visible=hit + unseen * visible * (1 - self.detected),
             hidden=unseen * (existence - visible),
             level=level,
             strength=strength,

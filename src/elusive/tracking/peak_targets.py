@@ -73,12 +73,6 @@ class PeakTargets(NamedTuple):
         found: Array = np.einsum("nm,nma->na", self.weight, self.velocity)
         return found
 
-    @property
-    def way(self) -> Array:
-        """How far each is from where it was ``HOP`` frames ago, ``(n,)`` [px]."""
-        found: Array = np.hypot(*(self.mean_place - self.lately[:, 0]).T)
-        return found
-
     def moving(self, leash: Array) -> Array:
         """Log evidence that each moves against all ways of resting, or against clutter alone, ``(n,)``.
 

@@ -24,7 +24,7 @@ from elusive.tracking.peak_marks import marked
 from elusive.tracking.peak_nearer import LATEST, targets_share
 from elusive.tracking.peak_null import EmpiricalNull
 from elusive.tracking.peak_persistence import Persistence, Reliability, groups_of
-from elusive.tracking.peak_recursion import NEWS, PeakRecursion
+from elusive.tracking.peak_recursion import PeakRecursion
 from elusive.tracking.peak_ridges import STILL_PX, leave_ridges, ridged
 from elusive.tracking.peak_swift import Unclaimed
 from elusive.tracking.peak_targets import PeakTargets
@@ -34,7 +34,6 @@ from elusive.tracking.track import Track
 REMEMBERED = 4000  # tracks that have ended and are part of the null distribution
 OLD = 5  # frames from which a track is part of it
 SETTLING = 10  # frames that a track's evidence a frame is shared with beforehand
-OLD_BLOCKS, GOES_PX = 0.05, 1.0  # share of the frame from which a coder leaves copies behind; way of what goes on
 UNSEEN = 0.05  # share of its existence in which it is visible, below which a track is not shown: three frames missed
 
 
@@ -52,7 +51,6 @@ class PeakBelief(NamedTuple):
     warp: Warp  # how the scene was deformed since the frame before
     seen: Warp  # how it was by grey levels alone
     going_px: Array  # (2,) x, y: the scene's way in a frame of late
-    old_share: float  # of the frames, lately, that shows the scene as it was
     boxed: Array  # (b, 2) x, y in the frame of what is shown in the middle of four corners that move
     tracks: tuple[Track, ...]
 
@@ -86,7 +84,7 @@ class SceneTracker(PeakRecursion):
         known, still = self.persistence.begin(), Warp.none()
         nothing = np.zeros((0, 2))
         return PeakBelief(
-            time_s, none, (), {}, 0, 0, nothing, known, still, still, np.zeros(2), 0.0, nothing, ()
+            time_s, none, (), {}, 0, 0, nothing, known, still, still, np.zeros(2), nothing, ()
         )  # fmt: skip
 
     def follow(
@@ -147,7 +145,6 @@ class SceneTracker(PeakRecursion):
             time_s=time_s, targets=targets.kept(kept), unclaimed=(*before[-1:], free),
             born=belief.born + len(newborn.number), ended=ended, reliability=belief.reliability.carried(warp),
             warp=warp, seen=seen, going_px=belief.going_px + LATEST * (peaks.step_px - belief.going_px),
-            old_share=belief.old_share + NEWS * (peaks.old_share - belief.old_share),
         )  # fmt: skip
         return self._judged(belief, reached[kept], peaks, shape, interval_s, image)
 
@@ -190,9 +187,6 @@ class SceneTracker(PeakRecursion):
         enough = moves > np.where(targets.shown, self.show_until, self.show_from)
         seen = targets.visible > UNSEEN * existence
         shown = confirmed & ~targets.mark
-        if belief.old_share > OLD_BLOCKS:
-            # what has stopped may be the copy that a coder left of it
-            enough &= targets.way > GOES_PX
         shown &= seen & (enough | self._alone(targets, shown))
         held = targets.shown & confirmed & ~seen
         gone = confirmed & (targets.farthest > LAYER_PX)

@@ -1,4 +1,4 @@
-"""What moves in a recorded scene and may be none of it: snow, layers of clouds, dust, drawn boxes, a coder's copies.
+"""What moves in a recorded scene and may be none of it: snow, layers of clouds, dust, drawn boxes.
 
 And what is shown though it has never moved.
 """
@@ -11,12 +11,11 @@ import numpy as np
 
 from elusive.checks import Fact, Finding
 from elusive.tracking.peak_persistence import SURE
-from elusive.tracking.peaks import OLD_BLOCKS, PeakBelief, SceneTracker
+from elusive.tracking.peaks import PeakBelief, SceneTracker
 
 OLD = 10  # frames from which a track's way counts
 GONE_PX = 5.0  # farther than this it has gone in the scene
 MARKED = 0.5  # share of the frames with marks on the sensor
-CODED = 0.1  # share of the frames about which a coder repeats blocks
 FEW = 2  # frames, in which four things may have gone so by chance
 SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
 MOVES = SceneTracker().show_from  # probability from which it is shown for that
@@ -28,7 +27,6 @@ class Movers:
     def __init__(self) -> None:
         self._frames, self._sure, self._gone = 0, 0, 0
         self._marked, self._marks = 0, 0  # frames with marks, and those summed
-        self._coded, self._old = 0, 0.0  # frames about which blocks are repeated, and the old share of these, summed
         self._taken, self._boxed, self._middle = 0, 0, (math.nan, math.nan)  # all frames, those with a box, the last
         self._stood: dict[int, tuple[int, float, float]] = {}  # of what is shown at rest: frames, and its latest place
 
@@ -44,9 +42,6 @@ class Movers:
             elif track.extra["shown"]:
                 frames, *_ = self._stood.get(track.track, (0,))
                 self._stood[track.track] = frames + 1, float(track.mean[0]), float(track.mean[2])
-        if belief.old_share > OLD_BLOCKS:
-            self._coded += 1
-            self._old += belief.old_share
         if len(belief.boxed):
             self._boxed += 1
             self._middle = float(belief.boxed[-1, 0]), float(belief.boxed[-1, 1])
@@ -61,7 +56,7 @@ class Movers:
 
     def findings(self) -> list[Finding]:
         """Say where any are many."""
-        return [self._moving(), self._marking(), self._boxing(), self._coding()]
+        return [self._moving(), self._marking(), self._boxing()]
 
     def standing(self) -> Finding:
         """Find what is shown for its strength alone, and did not move as long as it was followed."""
@@ -84,20 +79,6 @@ class Movers:
             f"x {x:.0f}, y {y:.0f}: a gate that is drawn about something, or a machine of four parts. Its middle is "
             "shown; what is in a gate is hardly seen, and nothing need be.",
             "Look at it in the frames; record them without what is drawn.",
-            grave=False,
-        )
-
-    def _coding(self) -> Finding:
-        """Find blocks that a video coder repeats while the scene goes on."""
-        share = self._coded / self._taken if self._taken else math.nan
-        old = 100 * self._old / max(self._coded, 1)
-        return Fact(0.0, share, not share > CODED, self._taken).finding(
-            "images.coded",
-            f"About {self._coded} of {self._taken} frames {old:.0f} % of the picture are the last one's to the bit "
-            "while the scene goes on: the video is compressed so far that its coder repeats blocks. What moves is "
-            "coded late, is gone for some frames and leaves copies of itself: what is not shown may be there, what is "
-            "shown may be a copy, and what stops is not shown.",
-            "Record with more bits a second, or take the frames before they are compressed.",
             grave=False,
         )
 
