@@ -92,7 +92,7 @@ def summarise(results: xr.Dataset) -> list[Row]:
 def _draw(path: Path, rows: Sequence[Row]) -> None:
     """Draw the shares against SNR: a column for each shape, a row for each place."""
     shapes = list(dict.fromkeys(row.shape for row in rows))
-    with plots.figure(path, 3.6 * len(shapes) + 0.6, 6.0, len(PLACES), len(shapes)) as (_, grid):
+    with plots.figure(path, 3.6 * len(shapes) + 0.6, 6.3, len(PLACES), len(shapes)) as (figure, grid):
         for axes_row, place in zip(grid, PLACES, strict=True):
             for axes, shape in zip(axes_row, shapes, strict=True):
                 for way, style in zip(WAYS, STYLES, strict=True):
@@ -100,7 +100,7 @@ def _draw(path: Path, rows: Sequence[Row]) -> None:
                     axes.errorbar(
                         [row.snr_db for row in line], [row.found for row in line], [row.found_error for row in line],
                         fmt=style, color=plots.SERIES[0 if way.startswith("video") else 2], markersize=4,
-                        linewidth=1.2, elinewidth=0.7, label=f"{way}; others {line[0].others:.2g}",
+                        linewidth=1.2, elinewidth=0.7, label=way,
                     )  # fmt: skip
                 axes.set(title=f"{place}, shape {shape:g}", xlabel="SNR [dB]", ylabel="found", ylim=(-0.03, 1.03))
-                axes.legend(loc="lower right")
+        figure.legend(*grid[0][0].get_legend_handles_labels(), loc="outside lower center", ncols=len(WAYS))
