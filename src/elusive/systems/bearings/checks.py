@@ -14,19 +14,17 @@ from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
-from elusive.systems.bearings.faults import Fault, fault_finding, fault_of, motion_finding
+from elusive.systems.bearings.faults import Fault, fault_finding, fault_of
+from elusive.systems.bearings.freer import motion_finding
 from elusive.systems.bearings.geometry import geometry_findings, upper
 from elusive.systems.bearings.given import (
     beneath_finding,
     clock_finding,
-    repeated_finding,
-    rounding_finding,
     times_finding,
     units_finding,
 )
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import FAR, FEW, Leftovers, Scale, least_precise, leftovers, scale_of
-from elusive.systems.bearings.mirrored import mirrored_finding
 from elusive.systems.bearings.norths import norths_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.receiver import receiver_finding
@@ -66,11 +64,7 @@ def judged(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSite
     """
     known = [step for step in steps if step.tracks and step.state.started]
     said = f"{who}: " if who else ""
-    found = [units_finding(sites), rounding_finding(steps, parameters, sites, said)]
-    found.append(times_finding([step.measurement for step in steps], said))
-    heard = [step.measurement for step in steps]
-    found.append(repeated_finding(heard, sites, parameters.deviation_deg, said))
-    found.append(mirrored_finding(heard, sites, parameters.deviation_deg, said))
+    found = [units_finding(sites), times_finding([step.measurement for step in steps], said)]
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return Judged(tuple(found), None)
     flt = parameters.filter

@@ -19,11 +19,11 @@ from elusive.contracts import Array
 from elusive.filters.gaussian.map_smoother import SmoothedPath
 from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.choices import Estimation, Powered
+from elusive.systems.bearings.choices import Estimation
 from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
 from elusive.systems.bearings.found_norths import LEAST_SENSORS
 from elusive.systems.bearings.heard import sensors_of
-from elusive.systems.bearings.leftovers import leftovers, scale_of
+from elusive.systems.bearings.leftovers import least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import whole_path
 from elusive.systems.bearings.readings import readings
@@ -40,8 +40,6 @@ MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
 ELSEWISE = ("place", "clock", "any", "reading")  # what is no direction's error
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
 LONGEST = 2000  # times, of a motion that is tried
-FREER = 4.0  # times the power of the motion's noise that is tried
-MANOEUVRES, HARDLY = 20.0, 0.5  # of log evidence (flights with sharp corners reach 14), and deviations of the path
 PROMISES = (0.5, 0.8, 0.9)  # of the evidence that is asked for, which each step of a search must expect
 ROUNDS, FURTHEST, RISES = 8, 6.0, 1.0  # steps of a search, units that one goes, log evidence from which it goes on
 
@@ -113,20 +111,19 @@ def fault_of(
             without = {one.error.row: one.paths for one in sized if one.error.row is not None}
             try_all(errors_of(heard, base, sites, used, parameters.deviation_deg, without))
     found = [one for one in sized if one.gain > (as_well if one.error.kind in ELSEWISE else least)]
-    found.sort(key=lambda one: -one.gain)
     if not found:
         return None
+    fitting = [one for one in found if _fits(one, heard, sites, asked)]
+    # what explains much and leaves a sensor's bearings far off is not what is wrong with it
+    found = sorted(fitting or found, key=lambda one: -one.gain)
     best = found[0]
     what, remedy = best.error.said(best.sizes)
     # over a short path a turned sensor looks like one that stands elsewhere
     others = [one for one in found[1:] if best.gain - one.gain < AS_LIKELY]
-    mended = best.error.without(heard[0], sites, best.sizes)[1]
-    sensor = asked.sensor_of(mended, BearingSet, "z" in base[0][0].state.state_names)
-    fits = not any(scale_of(leftovers(path, sensor, asked.filter)).wide for path in best.paths)
     moved = max(apart_by(*two) for one in (best, *others) for two in zip(claimed, one.paths, strict=True))
     as_found = ["that norths are off as was found with the path"] if best.gain <= least else []
     what = ", or ".join([what, *as_found, *(one.error.said(one.sizes)[0] for one in others[:1])])
-    return Fault(what, remedy, best.gain, moved, fits, found, gained)
+    return Fault(what, remedy, best.gain, moved, bool(fitting), found, gained)
 
 
 def exactly(parameters: BearingTracking) -> BearingTracking:
@@ -144,27 +141,6 @@ def norths_are_exact(heard: Heard, parameters: BearingTracking, sites: SensorSit
     biased = asked.replace(filter=asked.filter.replace(bias=AngleBias(sd_deg=parameters.deviation_deg)))
     base, other = path_of(part, asked, sites), path_of(part, biased, sites)
     return base is not None and other is not None and evidence_of(base) > evidence_of(other) + TWENTY_TO_ONE
-
-
-def motion_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str) -> Finding:
-    """Check that the emitter moves as it may, by the evidence of its path where it may manoeuvre more."""
-    heard = [step.measurement for step in steps[:LONGEST]]
-    motion = parameters.plain_motion
-    gain = moved = 0.0
-    tried = FREER * (motion.q or 0.0) if isinstance(motion, Powered) else math.nan
-    if len(heard) >= LEAST_TIMES and isinstance(parameters.motion, Powered):
-        asked = tried_with(parameters)
-        freer = asked.replace(motion=motion.replace(q=tried))
-        base, other = path_of(heard, asked, sites), path_of(heard, freer, sites)
-        if base is not None and other is not None:
-            gain, moved = evidence_of(other) - evidence_of(base), apart_by(base, other)
-    return Finding(
-        "bearings.motion", gain <= MANOEUVRES or moved <= HARDLY, 0.0, gain,
-        f"{said}The emitter turns harder than the motion allows: with {FREER:g} times the --q the bearings' log "
-        f"evidence rises by {gain:.0f}, and the path moves by {moved:.1f} of its deviations. Corners are cut, and the "
-        "ellipses there too small.", f"Tell --q {tried:.3g} or more; "
-        "elusive fit bearings finds it.",
-    )  # fmt: skip
 
 
 def fault_finding(fault: Fault | None, said: str) -> Finding:
@@ -237,6 +213,15 @@ def _sized(
     # what is left out is as likely in any direction
     gain += error.likelier * kept - math.log(2 * math.pi) * (before - kept)
     return Explained(error, tuple(at.tolist()), tuple(map(tuple, spread.tolist())), gain, paths)
+
+
+def _fits(one: Explained, heard: list[Heard], sites: SensorSites, asked: BearingTracking) -> bool:
+    """Say whether no bearings lie far from their path, of all sensors and of each."""
+    assert isinstance(asked.filter, Estimation)
+    solid = "z" in one.paths[0][0].state.state_names
+    sensor = asked.sensor_of(one.error.without(heard[0], sites, one.sizes)[1], BearingSet, solid)
+    left = [leftovers(path, sensor, asked.filter) for path in one.paths]
+    return not any(scale_of(its).wide or least_precise(its)[0] >= 0 for its in left)
 
 
 def _number(emitters: Sequence[Heard]) -> int:
