@@ -158,7 +158,7 @@ ODD: dict[str, tuple[Callable[[np.random.Generator], list[Plot]], str, str]] = {
     "milliseconds": (milliseconds, "radar.times", "look like milliseconds"),
     "minutes": (minutes, "radar.times", "look like minutes"),
     "hard turns": (hard_turns, "radar.again", "turn harder than the motion allows"),
-    "radians of a sector": (radians_of_a_sector, "radar.bent", "bearings look like radians"),
+    "radians of a sector": (radians_of_a_sector, "radar.second-time", "bearings of a sector in radians"),
 }
 
 

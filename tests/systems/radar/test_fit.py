@@ -75,12 +75,12 @@ def test_bearings_that_err_by_far_are_not_cut_off():
     assert found.range_sd_m == pytest.approx(12, rel=0.2)
 
 
-@pytest.mark.parametrize("times", [1.0, 3.0])
-def test_plots_that_are_rounded_err_as_rounding_does(times):
+@pytest.mark.parametrize(("times", "turns"), [(1.0, 1.0), (3.0, 3.0), (1.0, 6.0)])
+def test_plots_that_are_rounded_err_as_rounding_does(times, turns):
     """Their differences are alike again and again, as if they did not err at all."""
     rng = np.random.default_rng(3)
     sensor, triples = some_radar(rng, range_sd_m=12.0, bearing_sd_mrad=6.0), Triples()
-    steps = 12.0 * times, 0.006 * times
+    steps = 12.0 * times, 0.006 * turns
     for scan in seen_by(sensor, rng, scans=150):
         far, angle = (step * np.round(one / step) for step, one in zip(steps, scan[2:4], strict=True))
         triples.add(scan._replace(range_m=far, bearing_rad=angle))

@@ -22,7 +22,6 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
-from elusive.systems.radar.fast import Fast
 from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
@@ -202,13 +201,12 @@ def grounded(
         parameters = parameters.replace(radar=parameters.radar.replace(false_alarm_ground=fixed.ground(sensor)))
         if not parameters.radar.false_alarm_ground:
             break
-        triples, fast, bunched = Triples(), Fast(), Bunches()
+        triples, bunched = Triples(), Bunches()
         for scan in passed:
             rest = rest_of(scan, parameters, sensor)
             triples.add(rest)
-            fast.add(rest)
             bunched.add(rest, sensor.places(rest)[0], np.ones(rest.detections, dtype=bool))
-        seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted, bunched=bunched.share)
+        seen = seen._replace(errors=triples.fit() or seen.errors, bunched=bunched.share)
     return parameters, seen
 
 
@@ -220,7 +218,7 @@ def looked_at(
     sea: float,
     first: int | None = None,
 ) -> tuple[dict[str, Any], RadarSurvey]:
-    """Take all plots for false, and find the errors and speeds that those beside patches of them show.
+    """Take all plots for false, and find the errors that those beside patches of them show.
 
     Begun without patches, tracks of a dense one would keep it from being known, and three of its plots in a row pass
     for a ship's.
@@ -238,12 +236,10 @@ def looked_at(
     heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor)
     patches = heard.alarms.patches if "false_alarm_patches" in parameters.radar.unplaced else ()
     if patches:
-        triples, fast = Triples(), Fast()
+        triples = Triples()
         for scan in islice(scans, first):
-            rest = beside(rest_of(scan, parameters, sensor), patches)
-            triples.add(rest)
-            fast.add(rest)
-        seen = seen._replace(errors=triples.fit() or seen.errors, fast=fast.counted)
+            triples.add(beside(rest_of(scan, parameters, sensor), patches))
+        seen = seen._replace(errors=triples.fit() or seen.errors)
     return {"false_alarms": max(heard.alarms.false, FEWEST), **spread(parameters.radar, heard)}, seen
 
 

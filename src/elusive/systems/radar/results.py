@@ -20,12 +20,10 @@ from elusive.results.spool import Records
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_hulls import HullRadar
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.bent import bent_finding
 from elusive.systems.radar.checks import findings_of, in_view, innovation, plot_errors
 from elusive.systems.radar.company import company_findings
 from elusive.systems.radar.copies import Sightings, copies_finding
 from elusive.systems.radar.counted import Counts
-from elusive.systems.radar.fast import fast_finding
 from elusive.systems.radar.ground import ground_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.lives import lasting_finding
@@ -168,9 +166,7 @@ class RadarRun:
         found += company_findings(tracked.paths, times_s, seen.way)
         if len(seen.way) == 1:
             sightings, errors = self._sightings.of, plot_errors(seen, self._sensor)
-            found += copies_finding(sightings, *errors), bent_finding(sightings, errors[0])
-            found += (second_time_finding(sightings, seen.max_range_m, *errors),)
-        found += (fast_finding(seen.fast, self._parameters.tracker.speed_sd_mps),)
+            found += copies_finding(sightings, *errors), second_time_finding(sightings, seen.max_range_m, *errors)
         found += (self._kept.finding(),) if self._parameters.constraints else ()
         found += () if self._ais is None else (self._ais.finding(),)
         return RadarOutcome(self._log, self._charted(tracked), scores, found)

@@ -4,7 +4,8 @@ Skolnik (2001), Introduction to radar systems, section 1.2: they are shown neare
 comes before the next one. Bearings stay true, so that a ship that sails straight seems to bend away from the radar, and
 one that turns to change its speed. Each track is followed as it is and so much farther away, by interacting multiple
 models (Blom and Bar-Shalom, 1988) of a ship that goes straight, or turns at its speed; what either says of its plots is
-evidence (Kass and Raftery, 1995, Bayes factors), and how much farther is one range for all.
+evidence (Kass and Raftery, 1995, Bayes factors), and how much farther is one range for all. Bearings of a sector in
+radians, read as degrees, turn far less than ranges bend, and seem farther away, too.
 """
 
 from __future__ import annotations
@@ -58,10 +59,10 @@ def second_time_finding(
         "radar.second-time", not (tracks and together[best] > CLEAR), CLEAR, float(together[best]),
         f"{f'Track {names} goes' if len(tracks) == 1 else f'Tracks {names} go'} straight only if some "
         f"{farther[best] / 1000:.2g} km farther away: echoes of the pulse before, of ships beyond the unambiguous "
-        "range, and no ship is where they are drawn."
+        "range, or bearings of a sector in radians; no ship is where they are drawn."
         if tracks
         else "Tracks go as straight where they are as they would farther away.",
-        "Let the radar vary the time between pulses, or leave these tracks out.",
+        "Let the radar vary the time between pulses, or leave these tracks out; convert bearing_deg to degrees.",
     )  # fmt: skip
 
 

@@ -16,7 +16,6 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar import bunches
 from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
-from elusive.systems.radar.fast import Counted, Fast
 from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.late_headings import Headings, Late, Righted
@@ -48,7 +47,6 @@ class RadarSurvey(NamedTuple):
     passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
     turned: Turned = Turned()
     alternate: Finding = Alternating().finding
-    fast: Counted = Counted()
     late: Late = Late()
     course: Array = np.zeros((2, 0))  # (2, n) times and headings of the radar's ship, as told, where these are late
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
@@ -102,7 +100,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
-    turns, alternating, fast, headings = Turns(), Alternating(), Fast(), Headings()
+    turns, alternating, headings = Turns(), Alternating(), Headings()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
@@ -111,7 +109,6 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         gathered.add(scan)
         turns.add(scan)
         alternating.add(scan)
-        fast.add(scan)
         headings.add(scan)
         if count <= PASSED:
             scans_kept.append(scan)
@@ -133,5 +130,5 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
         tuple(scans_kept) if len(where) > 1 else (), turns.turned,
-        alternating.finding, fast.counted, late, headings.course if late.late_s else np.zeros((2, 0)),
+        alternating.finding, late, headings.course if late.late_s else np.zeros((2, 0)),
     )  # fmt: skip
