@@ -14,7 +14,7 @@ from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.causes import cause_of
 from elusive.systems.bearings.choices import FLAT, BatchMap, Estimation, GraphFilter
-from elusive.systems.bearings.faults import Fault, fault_finding, fault_of
+from elusive.systems.bearings.faults import MOVED, Fault, fault_finding, fault_of
 from elusive.systems.bearings.freer import motion_finding
 from elusive.systems.bearings.geometry import geometry_findings, upper
 from elusive.systems.bearings.given import (
@@ -37,7 +37,7 @@ NOW_AND_THEN, SELDOM = 3, 0.02  # manoeuvres beyond the motion that are none too
 
 
 class Judged(NamedTuple):
-    """What was checked of a track, and what was found to be wrong with a sensor."""
+    """What was checked of a track, and what was found to be wrong with a sensor, if the path lies off for it."""
 
     findings: tuple[Finding, ...]
     fault: Fault | None
@@ -86,7 +86,7 @@ def judged(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSite
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
     found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
-    return Judged(tuple(found), fault)
+    return Judged(tuple(found), fault if fault is not None and fault.moved > MOVED else None)
 
 
 def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:
