@@ -15,7 +15,7 @@ from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
-from elusive.systems.radar.survey import righted
+from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
 
@@ -145,8 +145,8 @@ def wave_groups(rng, scans):
 
 def shown(scans, truth, parameters, faster_mps=0.0):
     """Rows of confirmed tracks of no ship, and the share of the scans in which ships have a track, confirmed or not."""
-    seen, right = righted(scans, None)
-    parameters, seen = fitted(parameters, list(right), seen, Surroundings(), None)
+    seen = survey(scans)
+    parameters, seen = fitted(parameters, scans, seen, Surroundings(), None)
     _, tracker, _ = bind_all(parameters, seen, Surroundings(), None)
     wrong, found = 0, []
     for step in track_radar(scans, tracker, parameters):

@@ -20,7 +20,6 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import seen_from
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding, times_finding
-from elusive.systems.radar.late_headings import late_finding
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
@@ -85,7 +84,6 @@ def findings_of(
     # several plots of one hull do not err by themselves
     alone = seen.errors is not None and not isinstance(sensor, HullRadar)
     found.append(turned_finding(seen.errors.together if alone and seen.errors else Together(), seen.turned))
-    found.append(late_finding(seen.late))
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
         found += [still_finding(seen.passed, *plot_errors(seen, sensor))]

@@ -26,7 +26,7 @@ from elusive.sensors.radar_view import wrapped
 from elusive.systems.radar.first_pass import FEWEST, grounded, heard_by, looked_at
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import patched
-from elusive.systems.radar.survey import HALF, righted
+from elusive.systems.radar.survey import HALF, held, survey
 
 SEARCH_M, SEARCH_RAD = 200.0, 0.05  # of a bias
 CELLS = 40  # along each axis of the histogram that a bias is first read from
@@ -63,9 +63,10 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     DataError
         If too few plots follow each other as those of a ship do.
     """
-    seen, scans = righted(scans)
+    seen = survey(scans)
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
+    scans = held(scans, seen)
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
     asked = RadarTracking()
     if water is None:  # the places of ground are the recording's alone, and not told
@@ -101,9 +102,6 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "false_alarm_lives": lives,
         "false_alarm_wakes": wakes,
     }
-    if seen.late.late_s:
-        how = "how the picture turns with the ship"
-        values.append(Fitted("", "headings are late [s]", f"{seen.late.late_s:+.2g}", seen.late.error_s, how))
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))
     return Fit(tuple(values), {"radar": radar})

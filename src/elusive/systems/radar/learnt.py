@@ -16,7 +16,6 @@ from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
 from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.late_headings import Headings, righted
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
 from elusive.systems.radar.ships import Surroundings
@@ -27,8 +26,6 @@ from elusive.tracking.track import Step
 LOOK = 10  # scans that are waited for, and after which what is counted is taken over
 TELLING = 40  # by which ships of several echoes are told from patches of false alarms
 MEMORY = 60  # scans: in them a thirtieth of thirty alarms a scan is known, and a rising sea within minutes
-HEADINGS = 4000  # that are kept
-FEW_TURNS = 5  # scans in which the ship turns, by which it is asked first whether they are late
 DOUBLED = 640  # scans at which errors are fitted last
 
 
@@ -60,16 +57,6 @@ class Learnt:
         self.counts = Counts(memory_scans=MEMORY)
         self._errors: Triples | None = Triples()
         self._scans, self._first, self._fit_at = 0, len(first), len(first)
-        self._headings, self._turns = Headings(HEADINGS), FEW_TURNS
-
-    def righted(self, scan: RadarScan) -> RadarScan:
-        """Return a scan with the headings that its ship had, as far as these are known to be late by now."""
-        self._headings.add(scan)
-        if self._headings.turns >= self._turns:
-            self.seen = self.seen._replace(late=self._headings.late)
-            self._turns += max(FEW_TURNS, self._turns // 4)
-        late_s = self.seen.late.late_s
-        return righted(scan, self._headings.course, late_s) if late_s else scan
 
     def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> bool:
         """Take a step in; return whether what is known of the radar has changed."""

@@ -25,7 +25,7 @@ from elusive.systems.radar.lives import lasting_finding
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.ships import ADDED
-from elusive.systems.radar.survey import righted
+from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
 from elusive.systems.radar.wakes import wakes_finding
 from elusive.tracking.detections import DetectionTracker
@@ -98,16 +98,16 @@ def follow_radar(
     if begins and not first:
         raise DataError("no scan came.")
     if begins:
-        seen, right = righted(first, outline)
+        seen = survey(first, outline)
         if seen.errors is None and {"range_sd_m", "bearing_sd_mrad"} & set(radar.untold):
             first += islice(heard, LOOK)
-            seen, right = righted(first, outline)
+            seen = survey(first, outline)
         if seen.hulls and parameters.extent is None and radar.false_alarm_patches is None:
             first += islice(heard, TELLING - len(first))
-            seen, right = righted(first, outline)
+            seen = survey(first, outline)
         seen = seen._replace(max_doppler_mps=max(DOPPLER_MPS, seen.max_doppler_mps))
         check_place("live", seen, around)
-        memory.first = Learnt(parameters, list(right), seen, around, outline)
+        memory.first = Learnt(parameters, first, seen, around, outline)
     known: Learnt = memory.first
     sensor, tracker, around = bind_all(known.parameters, known.seen, around, outline)
     innovations, kept = deque[float](maxlen=LATEST), ConstraintsKept()
@@ -125,9 +125,7 @@ def follow_radar(
         return tracker, known.parameters
 
     def steps() -> Iterator[Step]:
-        for step in track_radar(
-            map(known.righted, chain(first, heard)), tracker, known.parameters, around, memory, fusion, learn
-        ):
+        for step in track_radar(chain(first, heard), tracker, known.parameters, around, memory, fusion, learn):
             beliefs = {target.life.track: target for target in step.state.belief.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             seen_now = [target for target in sure if in_view(target, step.measurement, sensor)]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext
-from functools import partial
 from pathlib import Path
 
 from elusive.errors import DataError, ParameterError
@@ -19,7 +18,7 @@ from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import RadarOutcome, RadarRun
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.systems.radar.ships import ADDED
-from elusive.systems.radar.survey import righted
+from elusive.systems.radar.survey import held, survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.reports import Report
 
@@ -81,7 +80,8 @@ def track_radar_recording(
     given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
     frame = frame_of(source, given, "charts" if charts else "ais" if ais is not None else "")
     around, outline = charts_in(parameters, charts, frame)
-    seen, scans = righted(source, outline, partial(_looked_through, on_scan))
+    seen = survey(_looked_through(on_scan, source), outline)
+    scans = held(source, seen)
     check_place(source.name, seen, around)
     known = None
     if truth is not None:

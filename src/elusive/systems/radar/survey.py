@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,6 @@ from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
 from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import land_shares
-from elusive.systems.radar.late_headings import Headings, Late, Righted
 from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
 from elusive.systems.radar.turned import Turned, Turns
@@ -47,8 +46,6 @@ class RadarSurvey(NamedTuple):
     passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
     turned: Turned = Turned()
     alternate: Finding = Alternating().finding
-    late: Late = Late()
-    course: Array = np.zeros((2, 0))  # (2, n) times and headings of the radar's ship, as told, where these are late
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
 
@@ -67,32 +64,9 @@ class RadarSurvey(NamedTuple):
         return max(0.0, self.on_land / self.scans - sensor.false_alarms * land)
 
 
-def righted(
-    scans: Iterable[RadarScan],
-    water: Water | None = None,
-    look: Callable[[Iterable[RadarScan]], Iterable[RadarScan]] = iter,
-) -> tuple[RadarSurvey, Iterable[RadarScan]]:
-    """Look through a recording, and once more with the headings that its ship had where they are told late.
-
-    Parameters
-    ----------
-    scans, water
-        Of the recording.
-    look
-        Hands scans on that are looked through.
-
-    Returns
-    -------
-    tuple
-        The look, and the scans as they are to be tracked; a short recording's are held.
-    """
-    seen = survey(look(scans), water)
-    if seen.plots + seen.scans <= HELD:
-        scans = list(scans)
-    if not seen.late.late_s:
-        return seen, scans
-    right = Righted(scans, seen.course, seen.late.late_s)
-    return survey(look(right), water)._replace(late=seen.late), right
+def held(scans: Iterable[RadarScan], seen: RadarSurvey) -> Iterable[RadarScan]:
+    """Return scans that were looked through as they are to be tracked: a short recording's are held."""
+    return list(scans) if seen.plots + seen.scans <= HELD else scans
 
 
 def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurvey:
@@ -100,7 +74,7 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
-    turns, alternating, headings = Turns(), Alternating(), Headings()
+    turns, alternating = Turns(), Alternating()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
@@ -109,7 +83,6 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         gathered.add(scan)
         turns.add(scan)
         alternating.add(scan)
-        headings.add(scan)
         if count <= PASSED:
             scans_kept.append(scan)
         low, high = float(scan.bearing_rad.min(initial=low)), float(scan.bearing_rad.max(initial=high))
@@ -125,10 +98,10 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
         fastest = max(fastest, float(np.abs(doppler).max(initial=0.0)))
     where = np.array(way).reshape(-1, 3) if way else np.zeros((1, 3))
     itself = water is not None and bool(water.known(where[:, 1:]).any())
-    bearings, late = (math.degrees(low), math.degrees(high)), headings.late
+    bearings = math.degrees(low), math.degrees(high)
     return RadarSurvey(
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
         tuple(scans_kept) if len(where) > 1 else (), turns.turned,
-        alternating.finding, late, headings.course if late.late_s else np.zeros((2, 0)),
+        alternating.finding,
     )  # fmt: skip

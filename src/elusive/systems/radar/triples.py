@@ -117,12 +117,6 @@ class Triples:
         """Second differences along and across the line of sight and what is known of each triple, ``(n, 9)``."""
         return np.concatenate(self._rows) if self._rows else np.zeros((0, COLUMNS))
 
-    @property
-    def alone(self) -> Array:
-        """Those :attr:`rows` whose middle plot is in no other triple."""
-        rows = self.rows
-        return np.asarray(rows[_candidates(rows) == 1])
-
     def fit(self) -> PlotErrors | None:
         """Return the errors; None where too few plots follow each other as a target's do."""
         steps = _steps(self._first)
