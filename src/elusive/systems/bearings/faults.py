@@ -33,9 +33,8 @@ from elusive.tracking.track import Step
 TIMES, SENSORS = 200, 8  # of the recording's middle; sensors at most
 LEAST_TIMES = 12
 TWENTY_TO_ONE = 3.0  # of log evidence
-GAIN = (
-    10.0  # of log evidence, by chance 5e-5 each without a size, 4e-8 with one, and 1e-3 where errors persist a little
-)
+# of log evidence, by chance 5e-5 each without a size, 4e-8 with one, and 1e-3 where errors persist a little
+GAIN = 10.0
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
 ELSEWISE = ("place", "clock", "any", "reading")  # what is no direction's error
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
