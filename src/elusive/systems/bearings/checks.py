@@ -20,6 +20,7 @@ from elusive.systems.bearings.geometry import geometry_findings, upper
 from elusive.systems.bearings.given import (
     beneath_finding,
     clock_finding,
+    repeated_finding,
     times_finding,
     units_finding,
 )
@@ -64,7 +65,9 @@ def judged(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSite
     """
     known = [step for step in steps if step.tracks and step.state.started]
     said = f"{who}: " if who else ""
-    found = [units_finding(sites), times_finding([step.measurement for step in steps], said)]
+    heard = [step.measurement for step in steps]
+    found = [units_finding(sites), times_finding(heard, said)]
+    found.append(repeated_finding(heard, sites, parameters.deviation_deg, said))
     if not known or isinstance(parameters.filter, GraphFilter):  # whose ellipses are said to be too small
         return Judged(tuple(found), None)
     flt = parameters.filter

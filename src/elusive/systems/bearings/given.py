@@ -1,4 +1,4 @@
-"""Whether places, heights and times are given as they are told: sensors in metres, and times that are not rounded."""
+"""Whether places, directions and times are given as they are told: in metres, each measured anew, not rounded."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from elusive.checks import Finding
+from elusive.checks import Finding, share_of
 from elusive.contracts import VX, VY, Array, X, Y
+from elusive.report.clock import moment
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.sensors.placed import Z
@@ -17,6 +18,7 @@ from elusive.tracking.track import Step
 
 DEGREES_MOST, DEGREES_APART = 5.0, 5.0  # extent of sensors in degrees, and how much further off (0, 0) is
 AT_ONCE = 3.0  # bearings of a sensor at the only time there is
+STUCK, BY_CHANCE = 5, 1e-4  # equal readings in a row, and how probable the longest such row may be
 BENEATH = 3.0  # deviations
 CERTAIN = 5.0  # standard errors
 
@@ -69,6 +71,51 @@ def beneath_finding(steps: Sequence[Step], sites: SensorSites, said: str = "") -
         "Change the sign of the elevations if they are; if the sensors stand high, tell their heights, z_m.",
         grave=False,
     )  # fmt: skip
+
+
+def repeated_finding(heard: Sequence[object], sites: SensorSites, sigma_deg: float, said: str = "") -> Finding:
+    """Check that no sensor reports again and again what it has just reported, to the last digit."""
+    its = dict[int, list[tuple[float, Array]]]()
+    for times in heard:
+        if isinstance(times, BearingSet):
+            for number in np.unique(times.sensor).tolist():
+                its.setdefault(number, []).append((times.time_s, times.azimuth_rad[times.sensor == number]))
+    share, chance, name, row = 0.0, 0.0, "", ""
+    for number, rows in its.items():
+        hits, expected, longest, since_s = _again(rows, math.radians(sigma_deg))
+        fact = share_of(hits.sum(), len(hits), expected)
+        stuck = longest >= STUCK and len(hits) * expected**longest < BY_CHANCE
+        often = len(hits) >= STUCK and not fact.holds and fact.seen > expected
+        if (stuck or often) and hits.mean() > share:
+            share, chance, name = float(hits.mean()), expected, sites.names[number]
+            row = f", {longest} in a row from {moment(since_s)} on" if longest >= STUCK else ""
+    return Finding(
+        "bearings.repeated", not name, chance, share,
+        f"{said}Sensor {name} reports exactly what it has just reported in {100 * share:.0f} % of its readings "
+        f"({100 * chance:.0f} % by chance){row}: it is stuck, or read more often than it measures, or lines stand "
+        "twice. Each reading counts as a new one, and the ellipses are too small.",
+        "Leave out the lines that say the same again; look at that sensor.",
+    )  # fmt: skip
+
+
+def _again(rows: Sequence[tuple[float, Array]], sigma: float) -> tuple[Array, float, int, float]:
+    """Which readings of a sensor are equal to one of that time or of the time before; by chance; the longest row."""
+    every = np.sort(np.concatenate([azimuth for _, azimuth in rows]))
+    gaps = np.diff(every)
+    step = float(gaps[gaps > 1e-9].min()) if (gaps > 1e-9).any() else 0.0
+    alike = min(step / (2 * math.sqrt(math.pi) * sigma), 1.0)  # of two with one direction
+    hits, chances, before = list[bool](), list[float](), np.empty(0)
+    most, since_s, row, row_s = 0, math.nan, 0, math.nan
+    for time_s, azimuth in rows:
+        for place, one in enumerate(azimuth.tolist()):
+            others = np.append(before, azimuth[:place])
+            if len(others):
+                hits.append(bool((np.abs(others - one) < 1e-9).any()))
+                chances.append(1 - (1 - alike) ** len(others))
+                row, row_s = (row + 1, row_s if row else time_s) if hits[-1] else (0, math.nan)
+                most, since_s = (row, row_s) if row > most else (most, since_s)
+        before = azimuth
+    return np.array(hits or [False]), float(np.mean(chances or [0.0])), most, since_s
 
 
 def clock_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str = "") -> Finding:

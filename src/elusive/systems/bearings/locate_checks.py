@@ -18,7 +18,7 @@ from elusive.preprocess.robust import MAD
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.geometry import geometry_findings
-from elusive.systems.bearings.given import units_finding
+from elusive.systems.bearings.given import repeated_finding, units_finding
 from elusive.systems.bearings.heard import starts_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.readings import CONVENTIONS
@@ -60,6 +60,7 @@ def place_findings(
     sigma = fix.sigma_rad if math.isfinite(fix.sigma_rad) else math.nan
     if n < FEW or not sigma > 0:
         return tuple(found)
+    found.append(repeated_finding(heard, sites, math.degrees(sigma)))
     free = math.sqrt((n - 2) / n)
     scale = scale_of(fix.residuals_rad / (sigma * free), tolerance=TOLERANCE, independent=free**2)
     ratio = MAD * float(np.median(np.abs(fix.residuals_rad))) / (sigma * free)

@@ -16,7 +16,7 @@ from elusive.systems.bearings.choices import Powered, SeveralEmitters
 from elusive.systems.bearings.faults import fault_finding, fault_of
 from elusive.systems.bearings.found_norths import norths_of
 from elusive.systems.bearings.geometry import geometry_findings
-from elusive.systems.bearings.given import units_finding
+from elusive.systems.bearings.given import repeated_finding, units_finding
 from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
 from elusive.systems.bearings.norths import learnt_norths_finding
@@ -166,6 +166,7 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
         persisting_finding(parameters),
         uneven_finding(parameters, sites),
         units_finding(sites),
+        repeated_finding([step.measurement for step in steps], sites, parameters.deviation_deg),
         Finding(
             "bearings.residuals", not wide, 1.0, scale.half,
             f"Bearings near the tracks are {scale.half:.2g} times as far from them as --sigma-deg "
