@@ -117,6 +117,7 @@ def test_real_cells_together():
     assert scene.coast.length_m == pytest.approx(2119e3, rel=2e-3)
 
 
+@pytest.mark.validate
 def test_the_coast_of_a_real_cell_is_its_edges():
     chart = real_cell("US5MD1MC")
     scene = lay_charts([chart], ChartedAreaParameters(islet_mm=0))

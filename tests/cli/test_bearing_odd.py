@@ -133,6 +133,7 @@ def test_a_far_emitter_is_no_surer_than_norths_are(tmp_path: Path, capsys: pytes
     assert np.median((x**2 + y**2 - 2 * across * x * y) / (1 - across**2)) < 9.2  # of 99 %
 
 
+@pytest.mark.thorough
 def test_elevations_from_the_zenith_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     rows, sites = right(np.random.default_rng(4))
     given = told(tmp_path, [(t, k, a, min(90 - e, 90.0)) for t, k, a, e in rows], sites, elevations=True)
@@ -141,7 +142,7 @@ def test_elevations_from_the_zenith_are_named(tmp_path: Path, capsys: pytest.Cap
     assert "the elevations are read from the zenith" in " ".join(failing(tmp_path).values())
 
 
-@pytest.mark.parametrize("elevations", [False, True])
+@pytest.mark.parametrize("elevations", longer([False, True], True))
 def test_the_same_without_it_has_no_finding(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], elevations: bool
 ) -> None:
@@ -151,6 +152,7 @@ def test_the_same_without_it_has_no_finding(
     assert failing(tmp_path) == {}
 
 
+@pytest.mark.thorough
 def test_elevations_that_are_positive_downwards_are_remarked(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -172,6 +174,7 @@ def test_times_that_run_backwards_are_refused(tmp_path: Path, capsys: pytest.Cap
     assert "if times count down, subtract them from the first" in " ".join(said.split())
 
 
+@pytest.mark.thorough
 def test_four_sensors_that_agree_on_a_far_emitter_are_not_doubted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -110,6 +110,7 @@ def test_live_from_standard_input_is_the_recording(flight, tmp_path, capsys, mon
     assert {file.name for file in live.iterdir()} == {"checks.json", "config.yaml", "tracks.csv"}
 
 
+@pytest.mark.thorough
 def test_live_heights_and_an_earlier_run(solid, tmp_path, capsys, monkeypatch):
     out = tmp_path / "live"
     text = (solid / "bearings.csv").read_bytes()
@@ -174,7 +175,7 @@ def test_spoilt_bearings_are_one_sentence(flight, tmp_path, capsys, name):
     assert not out.exists()
 
 
-@pytest.mark.parametrize("name", SPOILT)
+@pytest.mark.parametrize("name", longer(SPOILT, "too large", "no number"))
 def test_live_a_spoilt_line_is_left_out_and_a_spoilt_table_refused(flight, tmp_path, capsys, name):
     change, sentence = SPOILT[name]
     file, out = changed(flight, tmp_path, change), tmp_path / "out"
@@ -381,6 +382,7 @@ def test_labelled_emitters_are_tracked_each_by_itself(flight, tmp_path, capsys):
     assert "column emitter: is empty; name the emitter, or drop the column" in said
 
 
+@pytest.mark.thorough
 def test_two_emitters_heard_one_at_a_time_are_not_taken_for_one_that_is_sure(flight, tmp_path, capsys):
     """No sensor has two bearings at a time: the residuals alone tell."""
     lines = (flight / "bearings.csv").read_text().splitlines()
@@ -411,14 +413,15 @@ def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys)
 
 
 def test_times_may_be_dates(flight, tmp_path, capsys):
+    quick = ("--filter", "iekf", "--q", "1", "--bias-sd-deg", "0.1")  # told, not sought
     header, *rows = (flight / "bearings.csv").read_text().splitlines()
     begun = datetime(2026, 5, 1, 12, tzinfo=UTC)
     dated = [((begun + timedelta(seconds=float(t))).isoformat(), rest) for t, rest in (r.split(",", 1) for r in rows)]
     lines = [header.replace("time_s", "time"), *(",".join(cells) for cells in dated)]
     (tmp_path / "dated.csv").write_text("\n".join(lines) + "\n")
-    code, said = run(capsys, tmp_path / "dated.csv", *usual(flight)[1:], "--out", tmp_path / "out")
+    code, said = run(capsys, tmp_path / "dated.csv", *usual(flight, *quick)[1:], "--out", tmp_path / "out")
     assert code == 0, said
-    code, said = run(capsys, *usual(flight), "--out", tmp_path / "plain")
+    code, said = run(capsys, *usual(flight, *quick), "--out", tmp_path / "plain")
     assert code == 0, said
     found, plain = (read_tracks_csv(tmp_path / of / "tracks.csv").rows for of in ("out", "plain"))
     np.testing.assert_allclose(found["time_s"] - begun.timestamp(), plain["time_s"], atol=1e-5)

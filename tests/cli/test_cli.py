@@ -357,7 +357,9 @@ def test_a_few_masked_pixels_do_not_matter(
     assert share_found(tmp_path / "out", path) >= 0.8
 
 
-@pytest.mark.parametrize("shape", [(20, 20), (9, 70), (120, 33), (768, 1024)], ids=str)
+@pytest.mark.parametrize(
+    "shape", [(20, 20), (9, 70), (120, 33), pytest.param((768, 1024), marks=pytest.mark.thorough)], ids=str
+)
 def test_recordings_of_any_shape(elusive_in: Callable[..., Ran], tmp_path: Path, shape: tuple[int, int]) -> None:
     rng = np.random.default_rng(2)
     np.save("frames.npy", 3 * rng.standard_normal((4, *shape)))

@@ -15,6 +15,7 @@ import xarray as xr
 from elusive.results import STATUSES, read_tracks_csv
 from tests.commands import ran
 from tests.json_lines import json_lines
+from tests.longer import longer
 from tests.processes import HUNG_S, wait_until
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
@@ -57,6 +58,7 @@ def test_rows_of_receivers_are_tracked_as_a_table_is(network, tmp_path, capsys):
     assert one == two
 
 
+@pytest.mark.thorough
 def test_an_empty_room_recorded_at_another_time_calibrates(network, tmp_path, capsys):
     """The log cut in two, the first part's clock three hours off: the same tracks."""
 
@@ -256,7 +258,7 @@ def test_somebody_inside_while_calibrating_is_told(network, tmp_path, capsys):
     assert "Somebody was there throughout the calibration" in said
 
 
-@pytest.mark.parametrize("method", ["links", "image"])
+@pytest.mark.parametrize("method", longer(["links", "image"], "links"))
 def test_nodes_that_fail_one_after_another(network, tmp_path, capsys, method):
     """Half of the nodes fall silent during the walk: worse, but no crash."""
 

@@ -110,6 +110,7 @@ def test_ctrl_c_ends_a_wait_with_the_results_written(waiting):
     assert all((out / name).stat().st_size for name in summary["files"])
 
 
+@pytest.mark.thorough
 def test_when_nobody_reads_the_lines_any_more_it_ends(waiting, movie):
     process, frames, out = waiting
     process.stdout.close()
@@ -122,6 +123,7 @@ def test_when_nobody_reads_the_lines_any_more_it_ends(waiting, movie):
     assert b"Traceback" not in said
 
 
+@pytest.mark.thorough
 def test_a_folder_that_vanishes_is_told_and_the_results_stay(waiting):
     process, frames, out = waiting
     for file in frames.iterdir():

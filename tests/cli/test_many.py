@@ -83,6 +83,7 @@ def cluster():
         yield made.scheduler_address
 
 
+@pytest.mark.thorough
 def test_a_cluster_writes_the_same_bytes(flights, alone, tmp_path):
     with cluster() as address:
         assert track(flights, tmp_path / "out", "--scheduler", address) == 2

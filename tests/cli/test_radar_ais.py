@@ -94,6 +94,7 @@ def test_right_reports_name_tracks_and_show_who_is_out_of_view(elusive_in: Run, 
     assert set(named(tmp_path)) == {0, 1, 2, 3}
 
 
+@pytest.mark.thorough
 def test_a_ship_beside_its_place_one_that_is_late_and_one_too_fast_are_named(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     table(tmp_path, reports(off_m=500.0, late_s=60.0, faster=2.0))
@@ -158,6 +159,7 @@ def test_sentences_have_times_of_day(elusive_in: Run, tmp_path: Path) -> None:
     assert "the clocks differ" in said
 
 
+@pytest.mark.thorough
 def test_live_reports_are_taken_as_those_of_a_recording(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     table(tmp_path, reports(off_m=500.0))

@@ -122,6 +122,7 @@ def test_bearings_in_radians_are_named(elusive_in: Run, tmp_path: Path) -> None:
     assert "look like radians" in said
 
 
+@pytest.mark.thorough
 def test_a_radar_put_where_its_ships_sail_over_land_is_named(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path, false_alarms=0.5)
     coast(tmp_path, east=-3800.0)  # nearly all of the chart is land
@@ -176,6 +177,7 @@ def inland(folder: Path, turned_deg: float) -> None:
     (folder / "plots.csv").write_text("\n".join(["time_s,range_m,bearing_deg", *lines]))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("turned_deg", longer([0.0, 6.0], 6.0))
 def test_a_wrong_north_is_told_by_what_stands_on_land(elusive_in: Run, tmp_path: Path, turned_deg: float) -> None:
     plots(tmp_path, false_alarms=0.5)
@@ -230,6 +232,7 @@ def test_what_is_not_measured_anew_is_named(
         assert name in failing(tmp_path)
 
 
+@pytest.mark.thorough
 def test_parts_of_a_turn_are_put_together(elusive_in: Run, tmp_path: Path) -> None:
     plots(tmp_path)
     head, *lines = (tmp_path / "plots.csv").read_text().splitlines()

@@ -65,6 +65,7 @@ def test_hulls_have_no_meaning_at_anchor(elusive_in: Run, tmp_path: Path) -> Non
     assert "at anchor is nowhere" in said
 
 
+@pytest.mark.thorough
 def test_two_ships_in_line_stay_two_and_nothing_is_told_of_hulls(elusive_in: Run, tmp_path: Path) -> None:
     ends = [(-80.0, 0.0), (80.0, 0.0)]
     ships = [((-500.0, 3000.0), (7.0, 0.0), ends, 0.9), ((2000.0, -2000.0), (-4.0, 0.0), POINT, 0.9)]

@@ -112,6 +112,7 @@ def places_deg(folder: Path) -> list[str]:
     return []
 
 
+@pytest.mark.thorough
 def test_a_log_that_freezes_is_named(elusive_in: Run, tmp_path: Path) -> None:
     columns_m(tmp_path)
     head, *lines = (tmp_path / "plots.csv").read_text().splitlines()

@@ -146,6 +146,7 @@ def check_frames(measured: Measured) -> None:
         assert_agrees(float(values.mean()), error, len(values), printed, 0.005)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("expected", QUICK, ids=label)
 def test_a_cell_agrees_over_few_trials(quick: Measured, expected: Expected) -> None:
     check_cell(quick, expected)

@@ -106,6 +106,7 @@ def test_a_cloud_is_the_first_run_of_the_campaign() -> None:
     assert np.all(np.abs(at.plot - scenery(case).truth[40, [0, 2]]) < 5 * 10.2)
 
 
+@pytest.mark.validate
 def test_clouds_influence_and_maps_are_drawn(tmp_path: Path) -> None:
     alone = ["b2", "fig7_1", "fig7_3"]
     targets = ["a9", "a19", "coast", *influence.FIGURES, *maps.FIGURES, "fig5_1", "fig6_1", *alone]

@@ -155,6 +155,7 @@ def test_a_trial(pair):
     assert seaward[1] > seaward[3] + 1 > seaward[0]
 
 
+@pytest.mark.validate
 def test_the_table_and_the_figure(tmp_path, pair, monkeypatch):
     monkeypatch.setattr(reproduce, "CASES", tuple(CURVES))
     monkeypatch.setattr(reproduce, "OFFSETS_M", (5.0,))

@@ -98,6 +98,7 @@ def test_a_trial_measures_all_estimators():
     assert (found["nees"] > 0).all()
 
 
+@pytest.mark.validate
 def test_reproduced_from_the_command_line(tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         main(["reproduce", "jiang2024", "--trials", "3", "--out", str(tmp_path)])

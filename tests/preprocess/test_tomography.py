@@ -184,6 +184,7 @@ def test_missing_links_are_left_out(system, equalised):
         np.testing.assert_allclose(projector.image(change), image, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_nodes_fail_one_after_another_until_none_is_left():
     projector, place = thesis_projector(), np.array([2.1, -3.3])
     change = thesis() @ person(place, 20.0, 0.5)

@@ -68,7 +68,7 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
     return abs(np.mean(a * b.conj()))
 
 
-@pytest.mark.parametrize("kind", [*COLOURS, *longer(MORE_COLOURS, *MORE_COLOURS)])
+@pytest.mark.parametrize("kind", longer(COLOURS + MORE_COLOURS, "drifting", "complex", "white", *MORE_COLOURS))
 def test_what_comes_out_is_white(kind: str) -> None:
     """Correlations of 120 000 samples, along and in time, and those of their squares; a standard error is .003."""
     white = made_white(noise(kind))[20:]
@@ -163,7 +163,7 @@ def test_a_frame_of_another_size_is_said() -> None:
         whitened(model, rng.standard_normal(61), rng)
 
 
-@pytest.mark.parametrize("kind", longer(LAWS, "laplace", "power"))
+@pytest.mark.parametrize("kind", longer(LAWS, "laplace", "power", "log-normal"))
 def test_noise_that_is_not_gaussian_comes_out_gaussian_and_of_one_level(kind: str) -> None:
     """Skewness of 2 and more or kurtosis of 3 and more comes in; that each frame's loudness is uncertain leaves .3."""
     model, found = no_noise_model(SAMPLES, 5), []

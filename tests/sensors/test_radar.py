@@ -175,6 +175,7 @@ def test_a_target_that_is_never_detected_is_told_by_nothing():
     assert np.all(blind.log_likelihood(states_near(blind), looked) == 0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "name", longer(["wide errors", "sector", "nearly all round"], "wide errors", "nearly all round")
 )

@@ -17,6 +17,7 @@ from tests.longer import longer
 from tests.reference.radar_video import level_sea
 
 
+@pytest.mark.thorough
 def test_a_slow_strong_ship_is_told_where_it_is(tmp_path):
     """It was told 40 m ahead, where its echo comes on: all of the rest was fixed."""
     radar = VideoRadar(spokes=512, samples=160, step_m=12.5, pulse_m=25.0, beam_deg=2.0, start_m=300.0)

@@ -74,6 +74,7 @@ def sure(path: np.ndarray, seed: int) -> list[tuple[float, float]]:
     return [(float(x), float(y)) for x, y in velocity if np.hypot(x, y) > 5]
 
 
+@pytest.mark.thorough
 def test_what_crosses_the_frame_in_seven_frames_is_followed_from_the_fourth() -> None:
     path, found = np.array([8.0, 30.0]) + np.outer(np.arange(7), [20.0, 6.0]), np.zeros(3, int)
     for seed in range(20):

@@ -412,10 +412,10 @@ def test_a_lost_connection_comes_back_to_the_same_scene(served: Served, open_tab
 
 
 def begin_long_run(page: Any, address: str) -> None:
-    """Track forty people, and wait until it is under way."""
+    """Track forty people for longer than anybody waits, and wait until it is under way."""
     page.goto(f"{address}/links")
     field(page, "simulation.walks.users").fill("40")
-    field(page, "simulation.walks.total_positions").fill("2000")
+    field(page, "simulation.walks.total_positions").fill("10000")
     button(page, "Create paths").click()
     told(page, "40 people")
     step(page, "4 Algorithm")

@@ -37,6 +37,7 @@ def test_it_is_found_and_nothing_is_found_wrong(sigma_deg):
     assert all(one.holds for one in checked(found, SITES, list(track(sets, found, SITES))))
 
 
+@pytest.mark.thorough
 def test_sensors_that_are_not_alike_are_weighed_so():
     """Taken as alike, the least precise drew the path with it."""
     true_deg = (0.3, 1.0, 1.0, 3.0)
@@ -52,6 +53,7 @@ def test_sensors_that_are_not_alike_are_weighed_so():
     assert errors_found(UNTOLD.replace(sigma_deg=1.0), SITES, sets).sensor_times is None
 
 
+@pytest.mark.thorough
 def test_what_is_wrong_in_another_way_is_not_hidden_by_a_larger_one():
     """Azimuths anticlockwise from east leave their path by tens of degrees, and are named; read so they tell theirs."""
     sets = [one._replace(azimuth_rad=np.pi / 2 - one.azimuth_rad) for one in heard(2, 1.0)]
@@ -93,7 +95,7 @@ def persisting(
     return way, erring
 
 
-@pytest.mark.parametrize(("norths_deg", "wander_deg"), [(2.0, 0.0), (0.0, 2.0)])
+@pytest.mark.parametrize(("norths_deg", "wander_deg"), longer([(2.0, 0.0), (0.0, 2.0)], (0.0, 2.0)))
 def test_ellipses_hold_where_errors_persist(norths_deg, wander_deg):
     """In 95 % of the times; those of one flight err alike, so that a flight is about one draw."""
     inside, exact = [], []
@@ -109,6 +111,7 @@ def test_ellipses_hold_where_errors_persist(norths_deg, wander_deg):
     assert np.mean(exact) < 0.5
 
 
+@pytest.mark.thorough
 def test_norths_that_are_right_are_found_so():
     """Four sensors tell: what persists is taken for a small part of a bearing's deviation."""
     found = [errors_found(UNTOLD, SITES, heard(seed, 1.0)).filter.bias.sd_deg for seed in range(2)]

@@ -11,13 +11,16 @@ from elusive.systems.bearings.found_norths import exact
 from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.track import track
+from tests.longer import longer
 from tests.systems.bearings.crowd import PLACES, SITES, crowd
 
 ONE = BearingTracking(emitters={"kind": "one"}, filter={"kind": "fixed-lag"})
 LEARNT = 20  # times, after which the first is learnt
 
 
-@pytest.mark.parametrize(("norths_deg", "sigma_deg"), [(2.0, 1.0), (0.0, 1.0), (0.0, 3.0)])
+@pytest.mark.parametrize(
+    ("norths_deg", "sigma_deg"), longer([(2.0, 1.0), (0.0, 1.0), (0.0, 3.0)], (2.0, 1.0), (0.0, 3.0))
+)
 def test_ellipses_of_one_emitter_hold(norths_deg, sigma_deg):
     squares = []
     for seed in range(61, 64):

@@ -90,6 +90,7 @@ def test_each_labelled_emitter_moves_in_its_own_way():
     assert followed["van"][1].motion.q < 2 < 20 < followed["drone"][1].motion.q
 
 
+@pytest.mark.thorough
 def test_live_it_is_learnt_never_below_the_usual_and_kept_over_a_restart():
     for q, least in ((0.01, 1.0), (50.0, 20.0)):
         heard = flown(7, q, 250)[1]

@@ -16,6 +16,7 @@ def with_simulation(scene, **changes):
     return scene.replace(simulation=scene.simulation.replace(**changes))
 
 
+@pytest.mark.validate
 def test_the_command_finds_the_numbers_of_the_page(tmp_path, capsys):
     scene = BearingScene(estimators=("map", "fg-ekf"))
     flown = track_bearing_scene(scene)

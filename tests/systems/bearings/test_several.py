@@ -88,6 +88,7 @@ def test_samples_of_one_emitter_are_told_from_several_emitters():
     assert "--emitters several finds out how many" in why
 
 
+@pytest.mark.thorough
 def test_how_well_emitters_are_heard_is_found_from_what_is_heard():
     _, sets = crowd(4, 3, times=30, heard=0.75, false=2.0)
     emitters = fitted(
@@ -239,6 +240,7 @@ def test_times_of_arrival_of_several_are_refused():
         list(track([BearingSet(0.0, *np.zeros((3, 1)))], several.replace(motion={"kind": "imm"}), SITES))
 
 
+@pytest.mark.thorough
 def test_emitters_manoeuvre_where_pieces_of_their_paths_tell_powers_of_their_own():
     """Those of one power have none, by chance in one of a thousand; one that turns hard now and then does."""
     parameters = BearingTracking(emitters={"kind": "several"})

@@ -23,6 +23,7 @@ from elusive.systems.images.run import track_recording
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.simulate import ImageSimulation, draw_images
 from elusive.systems.images.track import track_images
+from tests.longer import longer
 
 SIGMA = 3.0
 WHITE = ("--noise-sigma", SIGMA)
@@ -257,7 +258,7 @@ TAKEN_BY = {
 }
 
 
-@pytest.mark.parametrize("by", TAKEN_BY)
+@pytest.mark.parametrize("by", longer(TAKEN_BY, "several", "recurrent"))
 def test_copies_are_passed_over_as_if_they_were_missing(by):
     """A camera's frames exported at a higher rate: what is known of the others is, to the last bit, the same."""
     numbers = np.arange(50) - np.arange(50) // 5

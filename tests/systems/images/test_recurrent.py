@@ -47,6 +47,7 @@ def straight(frames: int, start: tuple[float, float], step: tuple[float, float])
     return np.array(start) + np.arange(frames)[:, None] * np.array(step)
 
 
+@pytest.mark.thorough
 def test_two_targets_and_one_that_comes_late_and_goes_again() -> None:
     first, second = straight(50, (4, 6), (0.75, 0.2)), straight(50, (44, 30), (-0.6, 0.0))
     third = straight(50, (34, 21), (0.1, -0.05))
@@ -141,6 +142,7 @@ def test_a_missing_frame_is_predicted_over() -> None:
     assert np.hypot(*(results[21].tracks[0].mean[[0, 2]] - path[21])) < 2.5
 
 
+@pytest.mark.thorough
 def test_the_same_seed_gives_the_same_tracks() -> None:
     frames = frames_of(straight(15, (6, 20), (0.75, 0.0)))
     parameters = tracking(smoothing=0.7)
@@ -251,6 +253,7 @@ def followed(sequence: infrared.Sequence) -> tuple[float, set[int | None]]:
     return float(np.mean(near[10:])), confirmed
 
 
+@pytest.mark.thorough
 @needs_recordings
 def test_recorded_infrared() -> None:
     """With settings from the model alone the target is found, and nothing else becomes a confirmed track."""

@@ -111,6 +111,7 @@ def random_walks(count, frames, step_px, seed):
     return paths(0.0, count, frames) + np.cumsum(rng.normal(0, step_px, (frames, count, 2)), axis=0)
 
 
+@pytest.mark.thorough
 def test_what_walks_at_random_is_followed_to_a_part_of_a_pixel(tmp_path):
     places = random_walks(2, 36, 0.7, seed=5)
     np.save(tmp_path / "frames.npy", drawn(places, 5))

@@ -65,6 +65,7 @@ def test_one_disturbance_hides_nobody():
     assert gained_by_chance(*_with_cells(levels)) == 0.0
 
 
+@pytest.mark.thorough
 def test_nobody_is_tracked_before_a_hall_is_known():
     """Candidates, .98 sure and more, were in 7 of 48 frames and 20 of 22, one of them confirmed in another hall."""
     for seed in (0, 5):

@@ -26,6 +26,7 @@ def log_of(frames=150, empty=30):
     return sensor, np.array(changes)
 
 
+@pytest.mark.thorough
 def test_known_constants_are_found_from_afar():
     sensor, changes = log_of()
     start = TRUE.replace(loss_db=4.0, far_sd_db=1.2, far_length_m=2.5, fade_slope=0.4, floor_sd_db=0.8, near_sd_db=3.0)

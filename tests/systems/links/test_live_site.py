@@ -73,6 +73,7 @@ def test_what_frames_said_of_the_site_outlives_a_restart():
             assert all(np.array_equal(one.mean, other.mean) for one, other in zip(tracks, expected, strict=True))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", longer([0, 5], 5))
 def test_a_room_of_rays_is_tracked_by_shadowing(seed):
     room = ray_room(seed, (0.7,), frames=60)

@@ -35,6 +35,7 @@ def told(seed, away_m):
     return np.array(found)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("away_m", "rooms"), longer([(1.0, 1), (0.5, 6), (1.0, 6), (1.5, 6)], (0.5, 6), (1.0, 6), (1.5, 6))
 )

@@ -66,6 +66,7 @@ def followed(method: ImageMethod, calibration_frames: int = EMPTY) -> Run:
     return Run(np.array(errors), np.array(confirmed), early, len(identities))
 
 
+@pytest.mark.validate
 def test_the_person_is_found_without_ghosts():
     run = followed(ImageMethod())
     assert len(run.errors_m) == 508

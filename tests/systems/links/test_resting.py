@@ -145,6 +145,7 @@ def test_who_walks_on_by_the_number_of_what_rests_leaves_theirs_there(later):
     assert told[22] == {1: False, 2: True}  # that it is told to be .6 m off is no way
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_who_has_come_or_sways_stays(seed):
     """Sure of who does both, as nobody stands quite still."""

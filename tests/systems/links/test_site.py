@@ -130,6 +130,7 @@ def how_many(room):
     return np.array([sum(track.status == "confirmed" for track in step.tracks) for step in steps])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rooms", longer([1, 10], 10))
 def test_somebody_is_found_by_radios_that_are_noisy(rooms):
     """Two dB and a half in each reading: who was forgotten where one frame told little was never found, in 3 of 4."""
@@ -213,6 +214,7 @@ def test_a_fit_to_radiation_is_written_with_how_sure_its_amplitude_is(tmp_path):
     assert 0 < fitted.voxels.amplitude_sd_db < 0.3
 
 
+@pytest.mark.thorough
 def test_an_effect_that_was_given_stays(tmp_path):
     log, nodes = radiated(0, 3.0)
     given = LinkTracking(calibration_frames=EMPTY, method={"kind": "links", "effect": {"far_sd_db": 2.0}})

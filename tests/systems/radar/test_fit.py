@@ -52,6 +52,7 @@ def fitted_as_told(seed):
     assert RadarTracking(**found.tree).radar.range_sd_m == radar["range_sd_m"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", longer(range(2), 1))
 def test_errors_detection_and_false_alarms_are_those_of_the_radar(seed):
     fitted_as_told(seed)

@@ -157,6 +157,7 @@ def test_where_they_are_is_found_though_all_else_is_told(tmp_path):
     assert (np.abs(np.array(found.radar.false_alarm_shares) - mean) < 4 * error + 8 / (SCANS * ALARMS + SURE)).all()
 
 
+@pytest.mark.thorough
 def test_a_sea_that_rises_is_known_after_a_few_scans(tmp_path):
     rough = recorded(5)
     calm = [scan.select_detections(np.flatnonzero(scan.range_m > 2 * DECAY_M)) for scan in rough[:24]]
