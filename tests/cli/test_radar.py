@@ -84,6 +84,7 @@ def test_charts_after_one_option_or_each_after_its_own(elusive_in: Run, tmp_path
     assert (tmp_path / "one/tracks.csv").read_bytes() == (tmp_path / "each/tracks.csv").read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_ship_at_anchor_is_told(elusive_in: Run, tmp_path: Path) -> None:
     """Plots of a ship that stays where it is; under way its speed would have to stay within a tenth of a metre."""
     rng = np.random.default_rng(3)
@@ -129,6 +130,7 @@ def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path)
         ]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_the_configuration_written_repeats_the_run(elusive_in: Run, tmp_path: Path) -> None:
     recording(elusive_in, tmp_path, "--detection-probability", "0.8")
     unusual = ["--coast-error", "persistent", "--estimate", "map", "--seed", "3", "--coast-sigma-m", "9"]

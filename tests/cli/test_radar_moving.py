@@ -244,7 +244,7 @@ def plots_as_metres(folder: Path) -> list[str]:
     [
         pytest.param(swapped, "radar.own-heading", marks=pytest.mark.thorough),
         pytest.param(radians, "radar.own-heading", marks=pytest.mark.thorough),
-        (degrees_as_metres, "radar.own-place"),
+        pytest.param(degrees_as_metres, "radar.own-place", marks=pytest.mark.thorough),
         pytest.param(plots_as_metres, "radar.places", marks=pytest.mark.thorough),
     ],
 )

@@ -55,7 +55,9 @@ def save(folder: Path, form: str) -> list[object]:
     return [path.name]
 
 
-@pytest.mark.parametrize("form", longer(["npy", "npy-long", "csv", "txt-long", "wav"], "npy", "npy-long", "txt-long"))
+@pytest.mark.parametrize(
+    "form", longer(["npy", "npy-long", "csv", "txt-long", "wav"], "npy", "npy-long", "csv", "txt-long")
+)
 def test_every_form_of_a_signal_gives_the_same_tracks(elusive_in: Run, tmp_path: Path, form: str) -> None:
     timed = form in ("csv", "wav")
     code, said = elusive_in(
@@ -141,6 +143,7 @@ def test_an_object_is_found_in_frames_that_overlap(elusive_in: Run, tmp_path: Pa
     assert "2 tracks were found" in said
 
 
+@pytest.mark.thorough
 def test_the_size_of_an_object_is_fitted(elusive_in: Run, tmp_path: Path) -> None:
     size = 11
     scene = NoiseObject(shape=(SAMPLES,), background_deviation=0.4, object_size=size)

@@ -65,6 +65,7 @@ def test_video_over_the_network_gives_the_recordings_tracks(
     assert {"tracks.csv", "resting.csv", "checks.json"} <= {path.name for path in (tmp_path / "live").iterdir()}
 
 
+@pytest.mark.thorough
 def test_a_file_may_be_followed(elusive_in: Run, tmp_path: Path, capture: Path) -> None:
     for more, out in (([], "whole"), (["--follow"], "live")):
         code, said = elusive_in("track", "video", "sea/video.pcap", *TOLD, *more, "--out", out)

@@ -17,7 +17,6 @@ from elusive.campaign import make_executor
 from elusive.experiments.mazurek2013.reproduce import reproduce
 from elusive.experiments.mazurek2013.table import CHECK, SIGMAS, Cell
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
-from tests.longer import longer
 
 DEVIATIONS = 3.5
 CHECK_RUNS = 200  # behind each value of CHECK
@@ -95,15 +94,14 @@ QUICK_CELLS = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("size", "method", "smoothing"),
-    longer(QUICK_CELLS, *(cell for cell in QUICK_CELLS if cell[0] < 7), marks=pytest.mark.validate),
-)
+@pytest.mark.validate
+@pytest.mark.parametrize(("size", "method", "smoothing"), QUICK_CELLS)
 def test_a_cell_agrees_over_few_runs(size: int, method: tuple[str, int], smoothing: float) -> None:
     found = quick(size, method, smoothing)
     assert_agrees(found.mean(), RUNS, CHECK[size, method, smoothing][SIGMAS.index(AT)])
 
 
+@pytest.mark.validate
 def test_the_quick_cells_can_tell_the_statistics_apart() -> None:
     """Values exchanged between rows would not pass: the tolerance is narrower than what lies between them."""
     for wrong, found in (("37", quick(3, ("dot", 3))), ("202", quick(3, ("llr", 3))), ("286", quick(5, ("dot", 3)))):
@@ -111,15 +109,18 @@ def test_the_quick_cells_can_tell_the_statistics_apart() -> None:
             assert_agrees(found.mean(), RUNS, wrong)
 
 
+@pytest.mark.validate
 def test_conclusion_1_a_higher_smoothing_coefficient_is_better() -> None:
     for size, method in ((3, ("llr", 3)), (5, ("dot", 3)), (5, ("std", 7)), (7, ("dot", 3))):
         assert excess(quick(size, method, 0.95), quick(size, method, 0.98)) > 3
 
 
+@pytest.mark.validate
 def test_conclusion_2_small_windows_are_best_for_the_dot_product() -> None:
     assert excess(quick(5, ("dot", 13)), quick(5, ("dot", 3))) > 3
 
 
+@pytest.mark.validate
 def test_conclusion_3_larger_objects_are_easier() -> None:
     small, middle, large = (quick(size, ("dot", 3)) for size in (3, 5, 7))
     error = np.sqrt((small.var() + large.var()) / RUNS)
@@ -128,6 +129,7 @@ def test_conclusion_3_larger_objects_are_easier() -> None:
     assert quick(3, ("llr", 3)).mean() > quick(5, ("llr", 5)).mean()
 
 
+@pytest.mark.validate
 @pytest.mark.parametrize("smoothing", SMOOTHINGS)
 def test_the_likelihood_ratio_is_at_least_as_good_as_any(smoothing: float) -> None:
     for size, best in ((3, ("llr", 3)), (5, ("llr", 5)), (5, ("llr", 3)), (7, ("llr", 7))):
@@ -136,6 +138,7 @@ def test_the_likelihood_ratio_is_at_least_as_good_as_any(smoothing: float) -> No
     assert excess(quick(5, ("dot", 3), smoothing), quick(5, ("llr", 3), smoothing)) > 3
 
 
+@pytest.mark.validate
 def test_accumulating_x_instead_of_one_minus_x_never_finds_it() -> None:
     """On a background of .5, where 1 - X loses no object, the places that X gives are any but the object's."""
     one_minus_x, x = errors(5, 0.5, (("dot", 3), ("dot-similar", 3)), (0.98,))[:, 0].T

@@ -93,6 +93,7 @@ def table4_6(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reproduced
     return out, reproduce(out, ["table4_6"], trials=2)
 
 
+@pytest.mark.validate
 def test_tables_and_figures_of_the_experiments(table4_6: tuple[Path, Reproduced]) -> None:
     out, done = table4_6
     stores = [f"campaign-table4_6-{method}-2-seed2017.zarr" for method in ("image", "thesis")]

@@ -24,6 +24,7 @@ def run(*words):
     assert not ended.value.code
 
 
+@pytest.mark.thorough
 def test_a_scene_and_the_command_on_its_recording_find_the_same(tmp_path, capsys):
     (tmp_path / "scene.yaml").write_text(BRIEF.to_yaml())
     out, again = tmp_path / "out", tmp_path / "again"

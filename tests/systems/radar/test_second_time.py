@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from elusive.contracts import Array
 from elusive.systems.radar.second_time import second_time_finding
@@ -41,6 +42,7 @@ def test_echoes_of_the_pulse_before_are_named_and_ships_are_not() -> None:
     assert all(second_time_finding(recording(seed, 0), REACH_M, *ERRORS).holds for seed in range(4))
 
 
+@pytest.mark.thorough
 def test_echoes_of_ships_that_turn_are_named_and_ships_that_turn_are_not() -> None:
     """A ship keeps its speed as it turns, and its echo, shown too near, does not seem to."""
     times_s = 2.5 * np.arange(220)

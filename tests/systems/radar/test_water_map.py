@@ -106,6 +106,7 @@ def test_what_no_chart_covers_is_not_a_number(tmp_path, charts):
     assert np.array_equal(np.isnan(values)[~near], unknown[~near])
 
 
+@pytest.mark.thorough
 def test_the_usual_cell_is_half_a_deviation_or_what_fits(tmp_path, charts, monkeypatch):
     parameters = PARAMETERS.replace(map_cell_m=None)
     cells = write_water_map(tmp_path / "a.nc", charts, parameters)

@@ -41,6 +41,7 @@ def seen(frames: np.ndarray, parameters: SignalTracking = PARAMETERS) -> tuple[l
 LAWS = [(30, 12, 0.0), (20, 8, 1.0), (4, 4, 0.0), (60, 15, 0.0), (12, 6, -0.5)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("lasts", "wide", "speed"), longer(LAWS, *LAWS[1:]))
 def test_clutter_is_no_object_and_is_named(lasts: float, wide: float, speed: float) -> None:
     """Held against white noise, there are seven in each."""
