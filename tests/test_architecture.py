@@ -50,7 +50,6 @@ def test_each_hop_of_a_measurement_goes_down_the_house(graph: grimp.ImportGraph)
             assert not graph.find_shortest_chain(imported, importer), (imported, importer)
 
 
-@pytest.mark.thorough
 def test_what_no_command_or_page_reaches_is_named_as_a_part_of_the_library() -> None:
     """Or it is dead; and what is named so would be without."""
     text = (ROOT / "docs" / "api.md").read_text(encoding="utf-8").partition("## Parts for your own programs")[2]

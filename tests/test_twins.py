@@ -271,17 +271,17 @@ def called() -> dict[str, set[str]]:
     """Names taken from modules of kernels, in code that is none: the kernel is called from Python there."""
     taken: dict[str, set[str]] = {module: set() for module in kernels()}
     for path in SOURCE.rglob("*.py"):
-        if path.name.endswith("kernels.py"):
+        if path.name.endswith("kernels.py") or "kernels" not in path.read_text(encoding="utf-8"):
             continue
-        aliases: dict[str, str] = {}
-        for node in ast.walk(tree(path)):
+        nodes, aliases = list(ast.walk(tree(path))), dict[str, str]()
+        for node in nodes:
             if isinstance(node, ast.ImportFrom) and node.module:
                 for alias in node.names:
                     if node.module in taken:
                         taken[node.module].add(alias.name)
                     elif f"{node.module}.{alias.name}" in taken:
                         aliases[alias.asname or alias.name] = f"{node.module}.{alias.name}"
-        for node in ast.walk(tree(path)):
+        for node in nodes:
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in aliases:
                 taken[aliases[node.value.id]].add(node.attr)
     return taken
