@@ -71,7 +71,7 @@ def test_a_wrong_value_is_marked_a_run_called_off_and_the_filters_fields_follow_
     told(page, "must be at least the first frame with the target, 5 (got 4).")
     button(page, "Run").click()
     told(page, "Correct the marked fields first.")
-    field(page, "frames").fill("1800")
+    field(page, "frames").fill("5000")  # for longer than a page takes to load
     field(page, "leaves").fill("44")
     button(page, "Run").click()
     told(page, "reading ...")
