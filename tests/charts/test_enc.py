@@ -227,7 +227,7 @@ def read_spoilt(path, cases, seed):
 
 
 def test_spoilt_cells_end_in_a_sentence(tmp_path):
-    assert 30 < len(read_spoilt(tmp_path / "spoilt.000", 60, seed=4)) < 60
+    assert 15 < len(read_spoilt(tmp_path / "spoilt.000", 30, seed=4)) < 30
 
 
 @pytest.mark.validate

@@ -120,6 +120,7 @@ def test_somebody_crosses_the_room(network, tmp_path, capsys, method):
     assert "MOTA" in said
 
 
+@pytest.mark.thorough
 def test_the_same_numbers_again_from_the_config(network, tmp_path, capsys):
     first, again = tmp_path / "first", tmp_path / "again"
     assert run(capsys, *usual(network, "--seed", 7, "--out", first))[0] == 0

@@ -179,6 +179,7 @@ def test_ais_positions_as_truth(elusive_in: Run, tmp_path: Path) -> None:
     assert float(re.search(r"the end ([\d. ]+)", said)[1].split()[-1]) < 12  # the error, last on the track's line
 
 
+@pytest.mark.thorough
 def test_a_radar_off_the_chart_is_said(elusive_in: Run, tmp_path: Path) -> None:
     recording(elusive_in, tmp_path)
     west, south, east, north = np.array(lonlat((1000, -4000), (4000, 4000))).ravel().tolist()

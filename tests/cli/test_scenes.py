@@ -17,6 +17,7 @@ from elusive.cli import main
 from elusive.io import read_truth
 from elusive.io.truth import PLACES
 from elusive.systems.registry import SYSTEMS
+from tests.longer import longer
 
 Said = Callable[..., tuple[int, str]]
 
@@ -64,7 +65,7 @@ SIMULATED: dict[str, tuple[tuple[object, ...], int, str, tuple[str, ...]]] = {
 UNITS: dict[str, Any] = {"images": "px", "signal": "samples"}
 
 
-@pytest.mark.parametrize("system", SIMULATED)
+@pytest.mark.parametrize("system", longer(SIMULATED, "radar", "video", "links"))
 def test_what_is_simulated_is_tracked_with_its_truth(said: Said, tmp_path: Path, system: str) -> None:
     options, targets, measured, quick = SIMULATED[system]
     code, heard = said("simulate", system, *options, "--seed", 4, "--out", "made")

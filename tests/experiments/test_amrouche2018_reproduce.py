@@ -59,6 +59,7 @@ def visible(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.validate
 def test_all_figures_and_the_table(tmp_path: Path) -> None:
     reports: list[Progress] = []
     cells = reproduce(tmp_path / "new" / "out", trials=2, on_progress=reports.append)

@@ -138,7 +138,7 @@ def noise_object():
     return scene.simulate_sequence(60, [path], np.random.default_rng(1)).frames
 
 
-@pytest.mark.parametrize("calibration", [0, 10])
+@pytest.mark.parametrize("calibration", [0, pytest.param(10, marks=pytest.mark.thorough)])
 def test_objects_in_a_signal_are_gone_on_with(calibration):
     filtered = {"smoothing": 0.9, "max_velocity": 3}
     parameters = SignalTracking(filter=filtered, calibration_frames=calibration).bind(200, 0.5)

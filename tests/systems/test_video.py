@@ -355,6 +355,7 @@ def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
         assert "12 tracks at once were crests of a swell" in finding.sentence
 
 
+@pytest.mark.thorough
 def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
     """Cells of two samples would be an eighth of the pulse: every ship would be several, at wandering places."""
     radar = {"samples": 512, "step_m": 3.125, "bits": 8}

@@ -269,6 +269,7 @@ def test_a_part_that_gives_states_of_another_shape_is_refused(part, name):
         next(run(model, [None], np.random.default_rng(0), start_s=-1.0))
 
 
+@pytest.mark.thorough
 def test_memory_stays_flat_over_a_long_stream():
     model = BernoulliFilter(particles=60, newborns=20)
     frame, rng = film(model.sensor, 1, seed=12)[0], np.random.default_rng(13)

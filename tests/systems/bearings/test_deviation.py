@@ -95,6 +95,7 @@ def persisting(
     return way, erring
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("norths_deg", "wander_deg"), longer([(2.0, 0.0), (0.0, 2.0)], (0.0, 2.0)))
 def test_ellipses_hold_where_errors_persist(norths_deg, wander_deg):
     """In 95 % of the times; those of one flight err alike, so that a flight is about one draw."""

@@ -52,6 +52,7 @@ def test_clutter_is_no_object_and_is_named(lasts: float, wide: float, speed: flo
     assert all("signals.clutter" in names for _, names in found)
 
 
+@pytest.mark.thorough
 def test_a_calibration_does_not_know_it_and_errs_by_chance_alone() -> None:
     """Held against what is calibrated, there are four; errors of a short calibration are told as no clutter."""
     given, rng = PARAMETERS.replace(calibration_frames=40), np.random.default_rng(5)

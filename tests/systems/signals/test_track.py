@@ -360,6 +360,7 @@ def test_a_track_is_not_read_back_into_another_one(tmp_path: Path, x: float, fra
     assert log.earlier()[2][:, 0].tolist() == frames
 
 
+@pytest.mark.thorough
 def test_the_truth_only_scores(tracked: tuple[Path, np.ndarray, dict[str, str]], tmp_path: Path) -> None:
     folder, truth, _ = tracked
     source = open_signal(folder / "a.npy", rate_hz=4.0, start=5)
