@@ -11,7 +11,7 @@ from elusive.checks import Finding
 from elusive.sensors.own_track import FASTEST_MPS
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
-from elusive.systems.radar.turned import ROOM_M
+from elusive.systems.radar.triples import ROOM_M
 
 FEW, SCANS = 3, 20  # plots of a scan, and scans, from which something is said
 SHOWN, NOT_SHOWN = 0.5, 0.3  # of the plots in the scan before the last; of these in the last

@@ -20,11 +20,11 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import seen_from
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding, times_finding
+from elusive.systems.radar.headings import headings_finding
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
 from elusive.systems.radar.survey import RadarSurvey
-from elusive.systems.radar.turned import Together, turned_finding
 from elusive.tracking.detection_targets import Target
 
 FEW = 20  # plots or triples from which something is said
@@ -35,6 +35,7 @@ INNOVATIONS = 1.6  # of their scale: a particle filter's own
 INDEPENDENT = 0.5
 WHOLE_EARTH = math.hypot(180.0, 90.0)  # reach of degrees
 DEGREE_M = 111_000.0
+FINEST_RAD = 1e-4  # deviation of a bearing
 CREEPING_MPS, ASTRAY = 0.01, 1 / 3
 
 
@@ -81,12 +82,10 @@ def findings_of(
         found += [doppler_finding(seen.errors.rates_mps, sensor.doppler_sd_mps)] if len(seen.errors.rates_mps) else []
     found += given_findings(seen.given, seen.way, sensor)
     found += [seen.alternate]
-    # several plots of one hull do not err by themselves
-    alone = seen.errors is not None and not isinstance(sensor, HullRadar)
-    found.append(turned_finding(seen.errors.together if alone and seen.errors else Together(), seen.turned))
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
-        found += [still_finding(seen.passed, *plot_errors(seen, sensor))]
+        errors = plot_errors(seen, sensor)
+        found += [still_finding(seen.passed, *errors), headings_finding(seen.passed, *errors)]
     known = list(innovations)
     if found[0].holds and found[1].holds:
         found.append(times_finding(seen.given, known))
@@ -168,8 +167,10 @@ def _ranges(seen: RadarSurvey) -> Finding:
 
 def _bearings(seen: RadarSurvey) -> Finding:
     low, high = seen.bearings_deg
+    # radians of a sector: no radar errs as little as they do, read as degrees
+    fine = seen.errors is not None and seen.errors.bearing_sd_rad < FINEST_RAD and 0 <= low <= high <= 2 * math.pi
     return Finding(
-        "radar.bearings", not like_radians(low, high, seen.plots), 360.0, high,
+        "radar.bearings", not (fine or like_radians(low, high, seen.plots)), 360.0, high,
         f"All {seen.plots} bearings lie between {low:.3g} and {high:.3g} degrees: they look like radians.",
         "Convert the column bearing_deg to degrees clockwise from north.",
     )  # fmt: skip

@@ -23,7 +23,6 @@ from elusive.contracts import VX, VY, Array
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
-from elusive.systems.radar.turned import CLIPPED, HALF, OVERLAP
 from elusive.tracking.detection_targets import Target
 
 LONGEST, SCANS = 40, 15  # tracks that are compared, and scans that show both
@@ -34,6 +33,8 @@ SEVERAL, DIFFER_MPS = 2, 1.0  # that are moved in one way, and by how much the v
 CLEAR, ALIKE = 4.0, 0.3  # deviations of chance, and the correlation, from which errors are shared
 WIDER = 4.0  # times a bearing's error, that the bearing of a weak echo by a side lobe from its ship's may have
 LOBES_RAD = math.radians(45)  # to each side of a ship, within which echoes by side lobes lie
+HALF, CLIPPED = 0.67449, 3.0  # deviations within which half of a Gaussian's errors lie; a stray counts as so many
+OVERLAP = 1 + 2 * (0.444 + 0.028)  # of products of second differences one and two scans apart, which share plots
 NEAR = 4.0  # times the least interval, in which second differences are taken
 
 

@@ -27,6 +27,7 @@ from elusive.systems.radar.setting import bind_all, charts_in, check_place
 from elusive.systems.radar.ships import ADDED
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
+from elusive.systems.radar.turned import Turns
 from elusive.systems.radar.wakes import wakes_finding
 from elusive.tracking.detections import DetectionTracker
 from elusive.tracking.memory import Memory
@@ -110,7 +111,7 @@ def follow_radar(
         memory.first = Learnt(parameters, first, seen, around, outline)
     known: Learnt = memory.first
     sensor, tracker, around = bind_all(known.parameters, known.seen, around, outline)
-    innovations, kept = deque[float](maxlen=LATEST), ConstraintsKept()
+    innovations, kept, turns = deque[float](maxlen=LATEST), ConstraintsKept(), Turns(sensor)
 
     def reported() -> list[Report]:
         assert ais is not None
@@ -126,6 +127,7 @@ def follow_radar(
 
     def steps() -> Iterator[Step]:
         for step in track_radar(chain(first, heard), tracker, known.parameters, around, memory, fusion, learn):
+            turns.add(step.measurement)
             beliefs = {target.life.track: target for target in step.state.belief.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
             seen_now = [target for target in sure if in_view(target, step.measurement, sensor)]
@@ -141,6 +143,7 @@ def follow_radar(
         end = follow_live(steps(), coming, log, on_step)
         findings = findings_of(known.seen, sensor, around.water, innovations, known.counts.bunches)
         findings += (known.counts.finding(sensor, around.water, known.seen.way[:, 1:]),)
+        findings += (turns.finding,)
         told = known.parameters.radar
         findings += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
         findings += (ground_finding(told.false_alarm_ground or ()),)

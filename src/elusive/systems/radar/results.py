@@ -39,6 +39,7 @@ from elusive.systems.radar.second_time import second_time_finding
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.summary import bias_row, header, line_of, remarks, run_facts, verdict
 from elusive.systems.radar.survey import RadarSurvey
+from elusive.systems.radar.turned import Turns
 from elusive.systems.radar.wakes import wakes_finding
 from elusive.tracking.track import Step
 
@@ -84,11 +85,12 @@ class RadarRun:
         self._innovations: list[float] = []  # of confirmed tracks
         self._counts, self._ais = Counts(), ais
         self._kept = ConstraintsKept()
-        self._sightings = Sightings()
+        self._sightings, self._turns = Sightings(), Turns(sensor)
 
     def append(self, step: Step) -> None:
         """Take in a scan's result."""
         self._log.append(step)
+        self._turns.add(step.measurement)
         self._keeper.scan(step.time_s, self._sensor.places(step.measurement)[0])
         self._counts.add(step, self._sensor, self._around.water, self._parameters.radar)
         self._bias = coast_bias(step.state.belief.knowledge)
@@ -160,6 +162,7 @@ class RadarRun:
             self._seen, self._sensor, self._around.water, self._innovations, self._counts.bunches, source
         )
         found += (self._counts.finding(self._sensor, self._around.water, self._seen.way[:, 1:]),)
+        found += (self._turns.finding,)
         seen, told = self._seen, self._parameters.radar
         found += lasting_finding(told.false_alarm_lives or ()), wakes_finding(told.false_alarm_wakes or ())
         found += (ground_finding(told.false_alarm_ground or ()),)

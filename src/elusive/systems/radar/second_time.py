@@ -21,8 +21,10 @@ from elusive.motion import ConstantVelocity
 
 SCANS, LONGEST, MOST = 15, 40, 200  # sightings of a track at least, tracks that are looked at, and sightings of each
 FARTHER = np.geomspace(1.0, 4.0, 12)  # in greatest ranges of a plot: a radar shows no more than the unambiguous range
-# of acceleration along the course and across it [m^2 / s^3]: ships turn, and hardly change their speed
-POWERS = np.array([[1e-6, 1e-6], [1e-4, 1e-4], [1e-2, 1e-2], [1e-3, 1.0], [1e-1, 1e-1], [1.0, 1.0]])
+# of acceleration along the course and across it [m^2 / s^3]: ships turn, or change their speed a little, or do both
+POWERS = np.array(
+    [[1e-6, 1e-6], [1e-4, 1e-4], [1e-2, 1e-2], [1e-3, 1e-6], [1e-2, 1e-5], [1e-3, 1.0], [1e-1, 1e-1], [1.0, 1.0]]
+)
 LASTS_S, LEAST = 200.0, 1e-12  # how long one of them holds; least probability of a model and variance [m^2]
 STEADY, FOLLOWED = 1e-2, 0.9  # power along, at most, and share of the plots, with which a ship farther away is told
 MOTION = ConstantVelocity(q=1.0)
@@ -59,10 +61,10 @@ def second_time_finding(
         "radar.second-time", not (tracks and together[best] > CLEAR), CLEAR, float(together[best]),
         f"{f'Track {names} goes' if len(tracks) == 1 else f'Tracks {names} go'} straight only if some "
         f"{farther[best] / 1000:.2g} km farther away: echoes of the pulse before, of ships beyond the unambiguous "
-        "range, or bearings of a sector in radians; no ship is where they are drawn."
+        "range; no ship is where they are drawn."
         if tracks
         else "Tracks go as straight where they are as they would farther away.",
-        "Let the radar vary the time between pulses, or leave these tracks out; convert bearing_deg to degrees.",
+        "Let the radar vary the time between pulses, or leave these tracks out.",
     )  # fmt: skip
 
 

@@ -39,7 +39,6 @@ class _Plots(NamedTuple):
     bearing_rad: Array  # (n,)
     own: Array  # (n, 4) x, vx, y, vy of the radar [m, m/s]
     course_rad: Array  # (n,) of the radar
-    turning: Array  # (n,) of the radar [rad/s]
 
 
 class _Reading(NamedTuple):
@@ -53,17 +52,11 @@ class _Reading(NamedTuple):
     times: float = 1.0  # as far
     more_m: float = 0.0  # farther
     later_s: float = 0.0  # the radar's own place is
-    turned_s: float = 0.0  # headings are later
 
     def places(self, plots: _Plots) -> Array:
         """Where plots lie then, ``(n, 2)`` [m]."""
         far = self.times * plots.range_m + self.more_m
-        angle = (
-            self.sense * plots.bearing_rad
-            + self.turn_rad
-            + self.courses * plots.course_rad
-            + self.turned_s * plots.turning
-        )
+        angle = self.sense * plots.bearing_rad + self.turn_rad + self.courses * plots.course_rad
         sight = far[:, None] * np.column_stack([np.sin(angle), np.cos(angle)])
         found: Array = plots.own[:, [0, 2]] + self.later_s * plots.own[:, [1, 3]] + sight
         return found
@@ -122,7 +115,6 @@ def _readings() -> Iterator[_Reading]:
     for delay in DELAYS_S:
         by = f"{abs(delay):g} s {'late' if delay > 0 else 'early'}"
         yield _Reading(f"the radar's own places are {by}", "Set clocks of log and plots alike.", later_s=delay)
-        yield _Reading(f"headings are {by}", "Set clocks of headings and plots alike.", turned_s=delay)
 
 
 def _parts(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad: float) -> Iterator[_Part]:
@@ -135,28 +127,25 @@ def _parts(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad: float)
     gone = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(own[:, [0, 2]], axis=0).T))])
     count = max(1, math.ceil(gone[-1] / max(reach, 1.0)))
     course = np.unwrap(np.arctan2(own[:, 1], own[:, 3]))
-    turning = np.gradient(course, np.maximum.accumulate(times + 1e-9 * np.arange(len(times))))
     for number in np.unique(np.linspace(0, count - 1, PARTS).astype(np.int64)):
         within = np.flatnonzero((gone >= gone[-1] * number / count) & (gone <= gone[-1] * (number + 1) / count))
         if len(within) < SCANS:
             continue
         thirds = within[: len(within) // 3], within[-(len(within) // 3) :]
-        (first, _), (last, share) = (_gathered(scans, own, course, turning, third) for third in thirds)
+        (first, _), (last, share) = (_gathered(scans, own, course, third) for third in thirds)
         if len(first.range_m) and len(last.range_m):
             far = float(np.median(first.range_m))
             yield _Part(first, last, share * len(thirds[1]), NEAR * math.hypot(range_sd_m, bearing_sd_rad * far))
 
 
-def _gathered(
-    scans: Sequence[RadarScan], own: Array, course: Array, turning: Array, which: NDArray[np.intp]
-) -> tuple[_Plots, float]:
+def _gathered(scans: Sequence[RadarScan], own: Array, course: Array, which: NDArray[np.intp]) -> tuple[_Plots, float]:
     """Gather plots of scans, not too many; return them and their share of all."""
     number = np.repeat(which, [scans[k].detections for k in which.tolist()])
     far = np.concatenate([scans[k].range_m for k in which.tolist()])
     bearing = np.concatenate([scans[k].bearing_rad for k in which.tolist()])
     taken = np.unique(np.linspace(0, len(far) - 1, min(MOST, len(far))).astype(np.int64))
     rows = number[taken]
-    return _Plots(far[taken], bearing[taken], own[rows], course[rows], turning[rows]), len(taken) / max(len(far), 1)
+    return _Plots(far[taken], bearing[taken], own[rows], course[rows]), len(taken) / max(len(far), 1)
 
 
 def _pairs(parts: list[_Part], reading: _Reading) -> int:

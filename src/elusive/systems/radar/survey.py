@@ -20,7 +20,6 @@ from elusive.systems.radar.given import Gathered, Given
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
-from elusive.systems.radar.turned import Turned, Turns
 
 HALF = 0.5  # P(water) below which a plot is on charted land
 PASSED = 10_000  # scans of which what stands still is looked for
@@ -44,7 +43,6 @@ class RadarSurvey(NamedTuple):
     fixed: Array = np.zeros((0, 2))  # (n, 2) places of echoes that stay, where the radar rests and there is a chart [m]
     bunched: float = math.nan  # plots near a plot, off charted land, that chance does not explain; NaN: not known
     passed: tuple[RadarScan, ...] = ()  # the first scans of a radar that moves
-    turned: Turned = Turned()
     alternate: Finding = Alternating().finding
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
@@ -74,14 +72,13 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     count, plots, furthest, fastest, on_chart, on_land = 0, 0, 0.0, 0.0, 0, 0
     triples, low, high, way = Triples(), math.inf, -math.inf, list[tuple[float, float, float]]()
     bunched, gathered, fixed, scans_kept = Bunches(), Gathered(), FixedPlaces(), list[RadarScan]()
-    turns, alternating = Turns(), Alternating()
+    alternating = Alternating()
     for scan in scans:
         count, plots = count + 1, plots + scan.detections
         if not way or way[-1][1:] != (scan.own.x_m, scan.own.y_m):
             way.append((scan.time_s, scan.own.x_m, scan.own.y_m))
         triples.add(scan)
         gathered.add(scan)
-        turns.add(scan)
         alternating.add(scan)
         if count <= PASSED:
             scans_kept.append(scan)
@@ -102,6 +99,5 @@ def survey(scans: Iterable[RadarScan], water: Water | None = None) -> RadarSurve
     return RadarSurvey(
         count, plots, furthest, fastest, on_chart, on_land, itself, bearings, triples.fit(), where, gathered.given,
         fixed.places if len(where) == 1 else np.zeros((0, 2)), bunched.share,
-        tuple(scans_kept) if len(where) > 1 else (), turns.turned,
-        alternating.finding,
+        tuple(scans_kept) if len(where) > 1 else (), alternating.finding,
     )  # fmt: skip

@@ -21,7 +21,6 @@ from elusive.contracts import Array
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import RadarView
 from elusive.systems.radar.straight import OVERLAP, sharpest
-from elusive.systems.radar.turned import Together, common_of
 
 FASTEST_MPS, ROOM_M = 25.0, 60.0  # of what is looked for, and beside it
 MOST, COLUMNS = 40_000, 9  # triples that are kept, and what is known of each
@@ -60,7 +59,6 @@ class PlotErrors(NamedTuple):
     share_sd: float  # standard error of the deviations, relative
     places: Array  # (n, 2) where targets pass by [m]
     rates_mps: Array  # (m, 3) of targets: how fast the range grows, Doppler of the middle plot, mean of the others'
-    together: Together = Together()  # what bearings of a scan have in common
     crowded: bool = False  # echoes lie so close to each other that the deviations come out too large
     far_m: float = 0.0  # range of targets that lie far
 
@@ -69,7 +67,7 @@ class PlotErrors(NamedTuple):
         """Deviations of a range [m] and of a bearing [mrad], in as many digits as they are known to."""
         return float(f"{self.range_sd_m:.3g}"), float(f"{1000 * self.bearing_sd_rad:.3g}")
 
-    def cut_off(self, scans: Sequence[_Places]) -> bool:
+    def cut_off(self, scans: Sequence[Plots]) -> bool:
         """Whether plots err so far that triples as usual lack some."""
         if self.range_sd_m > CUT * USUAL.range_m or self.bearing_sd_rad > CUT * USUAL.bearing_rad:
             return True
@@ -78,8 +76,8 @@ class PlotErrors(NamedTuple):
         return 3 * math.sqrt(2) * math.hypot(self.range_sd_m, self.bearing_sd_rad * self.far_m) > room
 
 
-class _Places(NamedTuple):
-    """Plots of a scan."""
+class Plots(NamedTuple):
+    """Plots of a scan, n of them."""
 
     places: Array  # (n, 2) [m]
     times_s: Array  # (n,)
@@ -88,26 +86,31 @@ class _Places(NamedTuple):
     doppler_mps: Array  # (n,)
     bearing_rad: Array  # (n,)
 
+    @classmethod
+    def of(cls, scan: RadarScan) -> Plots:
+        """Return those of a scan."""
+        places, radar = RadarView().places(scan)[0], np.array([scan.own.x_m, scan.own.y_m])
+        return cls(places, scan.times_s, radar, scan.range_m, scan.doppler_mps, scan.bearing_rad)
+
 
 class Triples:
     """Gathers second differences of plots, scan by scan."""
 
     def __init__(self) -> None:
-        self._before: list[_Places] = []  # of the latest scans
-        self._first: list[_Places] = []
+        self._before: list[Plots] = []  # of the latest scans
+        self._first: list[Plots] = []
         self._rows: list[Array] = []
         self._count = self._scans = 0
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
-        places, radar = RadarView().places(scan)[0], np.array([scan.own.x_m, scan.own.y_m])
-        self._before.append(_Places(places, scan.times_s, radar, scan.range_m, scan.doppler_mps, scan.bearing_rad))
+        self._before.append(Plots.of(scan))
         self._first += self._before[-1:] if self._scans < SCANS else []
         self._scans += 1
         if len(self._before) == 3:
             if self._count < MOST and all(len(one.times_s) for one in self._before):
                 first, middle, last = self._before
-                rows = _differences(first, middle, last, self._scans, USUAL)
+                rows = differences(first, middle, last, self._scans, USUAL)
                 self._rows.append(rows)
                 self._count += len(rows)
             del self._before[0]
@@ -129,13 +132,13 @@ class Triples:
         rows, count = [np.zeros((0, COLUMNS))], 0
         for number, three in enumerate(zip(self._first, self._first[1:], self._first[2:], strict=False), 3):
             if count < MOST and all(0 < len(one.times_s) <= PLOTS for one in three):
-                rows.append(_differences(*three, number, widest))
+                rows.append(differences(*three, number, widest))
                 count += len(rows[-1])
         poor = _of_rows(np.concatenate(rows), widest, steps)
         return found if poor is None or poor.crowded else poor
 
 
-def _steps(scans: Sequence[_Places]) -> Array:
+def _steps(scans: Sequence[Plots]) -> Array:
     """Return the steps that ranges [m], bearings [rad] and places [m] are rounded to, ``(3,)``.
 
     About the least by which plots differ from the nearest of the scan before: of longitude and latitude steps are
@@ -170,16 +173,16 @@ def _of_rows(rows: Array, widest: Widest, steps: Array) -> PlotErrors | None:
     # differences of rounded values are alike again and again, and would seem to have no error
     rows[:, :2] += rounding * np.random.default_rng(0).standard_normal(rounding.shape)
     # echoes close to each other make triples of several, which no uniform density describes
-    candidates = _candidates(rows)
-    one = candidates == 1
+    of_each = candidates(rows)
+    one = of_each == 1
     alone = _fitted(rows[one], widest, rounding[one])
     if alone is not None and alone.targets >= ENOUGH:
         return alone
     every = _fitted(rows, widest, rounding)
-    return None if every is None else every._replace(crowded=len(rows) > CROWDED * float((1 / candidates).sum()))
+    return None if every is None else every._replace(crowded=len(rows) > CROWDED * float((1 / of_each).sum()))
 
 
-def _candidates(rows: Array) -> NDArray[np.int64]:
+def candidates(rows: Array) -> NDArray[np.int64]:
     """Count the triples of the middle plot of each, ``(n, 9) -> (n,)``."""
     _, which, counts = np.unique(rows[:, [2, 4, 5]], axis=0, return_inverse=True, return_counts=True)
     return np.asarray(counts[which.ravel()])
@@ -202,15 +205,14 @@ def _fitted(rows: Array, widest: Widest, rounding: Array) -> PlotErrors | None:
         return None
     rounded = member @ rounding[inside] ** 2 / total
     sd = np.sqrt(np.maximum(sd**2 - rounded, rounded))
-    sure = certain = inside_rows[member > SURE]
+    sure = inside_rows[member > SURE]
     rates = sure[np.isfinite(sure[:, 6:]).all(axis=1), 6:]
     far_m = float(np.quantile(sure[:, 3], FAR)) if len(sure) else 0.0
     sure = sure[:: max(1, len(sure) // MOST_PLACES)]
     moving = _passing(sure[:, 2], sure[:, 4:6], AT_A_PLACE * np.hypot(sd[0], sd[1] * sure[:, 3]))
     range_sd_m, bearing_sd_rad = sd.tolist()
     share_sd = math.sqrt(OVERLAP / (2 * total))
-    common = common_of(certain[:, 2], certain[:, 1])
-    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates, common, far_m=far_m)
+    return PlotErrors(range_sd_m, bearing_sd_rad, total, share_sd, sure[moving, 4:6], rates, far_m=far_m)
 
 
 def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
@@ -223,8 +225,8 @@ def _passing(scans: Array, places: Array, reach: Array) -> NDArray[np.bool_]:
     )
 
 
-def _differences(first: _Places, middle: _Places, last: _Places, number: int, widest: Widest) -> Array:
-    """Second differences along and across the line of sight, scan, range and place of the middle; rates."""
+def differences(first: Plots, middle: Plots, last: Plots, number: int, widest: Widest) -> Array:
+    """Return second differences along and across the line of sight, scan, range and place of the middle; rates."""
     places, times, radar, _, doppler, _ = middle
     interval = float(times.mean() - first[1].mean())
     if not interval > 0:

@@ -1,139 +1,119 @@
-"""Whether a radar's whole picture turns from scan to scan, as bearings do that are from a bow that swings.
+"""Whether a radar's whole picture turns, as bearings do that are from a bow that swings, or whose north is set anew.
 
-Two signs, both of plots alone. The middle of three plots of a target lies beside the others by its own error
-(:mod:`elusive.systems.radar.triples`), and errors of different targets of a scan are independent: their products are
-zero in the mean, but for what turns all of the scan, whose variance they are (Fisher, 1925, Statistical methods for
-research workers, section 40: intraclass correlation). A larger turn leaves no triples: the scan then fits the one
-before if that is turned, and hardly as it is.
+Of three plots of a target the last lies ahead of the others, but for errors. Of a scan whose picture has turned against
+an earlier one the last plots of several targets lie ahead of them at their ranges, all turned by one angle, and none as
+they are. Rows of such plots are a mixture of a Gaussian about that angle and a uniform density; a turn by any angle and
+none are compared by evidence (Kass and Raftery, 1995, Bayes factors), which is summed up since the scan that makes it
+greatest (Page, 1954, Continuous inspection schemes).
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from collections import deque
+from itertools import pairwise
 
 import numpy as np
-from scipy.special import pdtrc
+from scipy.spatial import cKDTree
 
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.report.clock import moment
-from elusive.sensors.own_track import FASTEST_MPS
-from elusive.sensors.radar_scans import RadarScan
+from elusive.sensors.radar import RadarSensor
+from elusive.sensors.radar_hulls import HullRadar
+from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.sensors.radar_view import wrapped
+from elusive.systems.radar.straight import OVERLAP
+from elusive.systems.radar.triples import FASTEST_MPS, ROOM_M
 
-FEW_PAIRS = 100  # of plots of a scan, from which something is said
-CLEAR, ALIKE = 4.0, 0.3  # deviations beyond chance; of the plots' own deviation, from which what is alike counts
-OVERLAP = 1 + 2 * (0.444 + 0.028)  # of products of triples one and two scans apart, which share plots
-HALF, CLIPPED = 0.67449, 3.0  # deviations within which half of a Gaussian's errors lie; a stray counts as so many
-LEAST = 0.3  # of their root mean square, where rounded bearings leave most errors zero
-ROOM_M = 60.0  # of a range from one scan to the next, beside what a target sails
-NEAR_DEG = 2  # turns that are one turn: targets move on, too
-FEW, SELDOM, HARDLY = 4, 1e-6, 0.3  # plots that fit if turned; how seldom so many would; share of these as it is
-MOST = 100  # plots of a scan that are looked at
-SPOKE, ACROSS = 8, 0.5  # plots of one bearing, and the share of the farthest range across which they lie
-
-
-class Together(NamedTuple):
-    """What bearings of one scan have in common."""
-
-    sd_rad: float = 0.0  # deviation of what is common to a scan's plots
-    own_rad: float = 0.0  # and of what is each plot's own
-    clear: float = 0.0  # how far beyond none, in deviations of what chance makes
-
-
-class Turn(NamedTuple):
-    """A scan that fits the one before if that is turned."""
-
-    time_s: float
-    turn_deg: float
-
-
-def common_of(numbers: Array, errors: Array) -> Together:
-    """Tell what errors ``(n,)`` [rad] of plots of different targets have in common, by their scans ``(n,)``."""
-    _, group, counts = np.unique(numbers, return_inverse=True, return_counts=True)
-    pairs = int((counts * (counts - 1)).sum())
-    if pairs < FEW_PAIRS or not errors.any():
-        return Together()
-    size = max(float(np.median(np.abs(errors))) / HALF, LEAST * float(np.sqrt(np.mean(errors**2))), 1e-9)
-    clipped = np.clip(errors / size, -CLIPPED, CLIPPED)
-    products = float((np.bincount(group, clipped) ** 2 - np.bincount(group, clipped**2)).sum())
-    square = float((clipped**2).mean())
-    common = max(products / pairs, 0.0)
-    clear = products / (square * math.sqrt(2 * OVERLAP * pairs))
-    return Together(size * math.sqrt(common), size * math.sqrt(max(square - common, 0.0)), clear)
-
-
-class Turned(NamedTuple):
-    """Scans that fit the one before if that is turned, of how many."""
-
-    turns: tuple[Turn, ...] = ()
-    scans: int = 0
+APART = 5  # scans, from each plot of a target to the next
+BESIDE_RAD = 0.16  # of a plot from the one before, beside what a target sails, so that a turn may lie between the two
+PLOTS, ROWS = 60, 400  # of a scan, and threes of plots, that are looked at
+WINDOW, SCALE = 6.0, math.sqrt(6.0)  # deviations of a range ahead, which errs so many times as much as a plot
+UNEVEN = 2.0  # ratio of the times between scans that are compared
+OF_TARGETS, SELDOM = 0.3, 0.05  # share of threes, and of scans that have turned
+NONE = np.array([-1.0, 0.0, 1.0])  # deviations of no turn
+SPOKE, NEAR_DEG, ACROSS = 8, 2, 0.5  # plots of one bearing, how near, and the share of the farthest range they cross
+CLEAR, TURNED = 3.0, 3.0  # logarithms of Bayes factors, of scans together and of one
 
 
 class Turns:
-    """Compares each scan with the one before."""
+    """Compares scans with earlier ones, as they come.
 
-    def __init__(self) -> None:
-        self._before: RadarScan | None = None
+    Parameters
+    ----------
+    sensor
+        That made them.
+    """
+
+    def __init__(self, sensor: RadarSensor) -> None:
+        self._sensor = sensor
+        self._latest = deque[RadarScan](maxlen=2 * APART + 1)
+        self._evidence = self._most = 0.0
         self._scans = 0
-        self._turns: list[Turn] = []
-
-    @property
-    def turned(self) -> Turned:
-        """What was found."""
-        return Turned(tuple(self._turns), self._scans)
+        self._turns: list[tuple[float, float]] = []  # times and angles
 
     def add(self, scan: RadarScan) -> None:
         """Take a scan in, of the order of time."""
-        before, self._before = self._before, scan
+        self._latest.append(_without_spoke(scan))
+        three = self._latest[0], self._latest[len(self._latest) // 2], self._latest[-1]
+        since, before = (late.time_s - early.time_s for early, late in pairwise(three))
+        even = min(since, before) > 0 and max(since, before) < UNEVEN * min(since, before)
+        if len(self._latest) <= 2 * APART or not even or not all(0 < one.detections <= PLOTS for one in three):
+            return
+        clear, angle = self._turn(*three)
         self._scans += 1
-        if before is None or min(before.detections, scan.detections) < FEW:
-            return
-        (far, angle), (far_before, angle_before) = (_some(one) for one in (scan, before))
-        if min(len(far), len(far_before)) < FEW:
-            return
-        room = ROOM_M + FASTEST_MPS * (scan.time_s - before.time_s)
-        now, then = np.nonzero(np.abs(far[:, None] - far_before) < room)
-        degrees = np.floor(np.degrees(angle[now] - angle_before[then])).astype(np.int64) % 360
-        hit = np.zeros((len(far), 360), dtype=bool)
-        hit[now, degrees] = True
-        wide = np.any([np.roll(hit, k, axis=1) for k in range(-NEAR_DEG, NEAR_DEG + 1)], axis=0)
-        fitting = wide.sum(axis=0)
-        most, as_it_is = int(fitting.max()), int(max(fitting[0], fitting[-1]))
-        chance = float(pdtrc(most - 1, fitting.mean()))
-        if most >= FEW and chance < SELDOM and as_it_is <= HARDLY * most:
-            best = np.exp(1j * np.radians(np.flatnonzero(fitting == most) + 0.5)).mean()
-            self._turns.append(Turn(scan.time_s, math.degrees(float(np.angle(best)))))
+        more = float(np.logaddexp(math.log(1 - SELDOM), math.log(SELDOM) + clear)) / OVERLAP
+        self._evidence = max(self._evidence + more, 0.0)
+        self._most = max(self._most, self._evidence)
+        if clear > TURNED:
+            self._turns.append((scan.time_s, angle))
+
+    def _turn(self, first: RadarScan, middle: RadarScan, last: RadarScan) -> tuple[float, float]:
+        """Return the log of the Bayes factor of a turn to none, and by how much the last scan has turned."""
+        places, begin = (self._sensor.places(scan)[0] for scan in (middle, first))
+        room = FASTEST_MPS * (middle.time_s - first.time_s) + ROOM_M
+        near = cKDTree(begin).query_ball_point(places, room + BESIDE_RAD * middle.range_m)
+        which = np.repeat(np.arange(len(places)), [len(found) for found in near])
+        earlier = np.array([one for found in near for one in found], dtype=np.int64)
+        later = last.times_s - middle.times_s[which, None]
+        rate = (places[which] - begin[earlier]) / (middle.times_s[which] - first.times_s[earlier])[:, None]
+        ahead = places[which, None] + later[..., None] * rate[:, None] - np.array([last.own.x_m, last.own.y_m])
+        off = (last.range_m - np.hypot(ahead[..., 0], ahead[..., 1])) / (SCALE * self._sensor.range_sd_m)
+        row, plot = np.nonzero(np.abs(off) < WINDOW)
+        taken = slice(None, None, max(1, math.ceil(len(row) / ROWS)))
+        row, plot = row[taken], plot[taken]
+        if not len(row):
+            return 0.0, 0.0
+        turn = wrapped(last.bearing_rad[plot] - np.arctan2(ahead[row, plot, 0], ahead[row, plot, 1]), TURN_RAD)
+        wide, middles = SCALE * self._sensor.bearing_sd_rad, which[row]
+        weight = 1 / np.bincount(middles)[middles]
+        ratio = OF_TARGETS * 2 * WINDOW / wide * np.exp(-0.5 * off[row, plot] ** 2)
+
+        def likelihoods(turns: Array) -> Array:
+            density = ratio * np.exp(-0.5 * (wrapped(turn - turns[:, None], TURN_RAD) / wide) ** 2)
+            return np.asarray(np.log(1 - OF_TARGETS + density) @ weight)
+
+        tried = likelihoods(turn)
+        clear = tried.max() - math.log(TURN_RAD / wide) - likelihoods(wide * NONE).max()
+        return float(clear), float(turn[tried.argmax()])
+
+    @property
+    def finding(self) -> Finding:
+        """Whether the picture turns, when, and by how much."""
+        holds = isinstance(self._sensor, HullRadar) or not (self._most > CLEAR and self._turns)
+        first, most = self._turns[0][0] if self._turns else 0.0, max((abs(by) for _, by in self._turns), default=0.0)
+        return Finding(
+            "radar.turned", holds, 0.0, math.degrees(most),
+            f"In {len(self._turns)} of {self._scans} scans plots of ships go on straight only if all bearings are "
+            f"turned together, first at {moment(first)}, by up to {math.degrees(most):.2g} degrees: the whole picture "
+            "turns, as if bearings were from a bow that swings, or headings were late or set anew. Tracks turn with "
+            "it: ships are lost and begun anew, or are where none is.",
+            "Give the heading of each scan (relative_bearing_deg, heading_deg), or bearings from true north.",
+        )  # fmt: skip
 
 
-def turned_finding(together: Together, turned: Turned) -> Finding:
-    """Say whether the picture turns, by how much, and when."""
-    shakes = together.clear > CLEAR and together.sd_rad > ALIKE * together.own_rad
-    times = turned.turns
-    if times:
-        first = times[0]
-        way = "to the right" if first.turn_deg > 0 else "to the left"
-        scans = "one scan" if len(times) == 1 else f"{len(times)} of {turned.scans} scans"
-        seen = abs(first.turn_deg)
-        what = (
-            f"In {scans} all bearings are turned together against the scan before, first at {moment(first.time_s)}, by "
-            f"{seen:.0f} degrees {way}"
-        )
-    else:
-        seen = math.degrees(together.sd_rad)
-        what = (
-            f"Bearings of a scan err together, by {1000 * together.sd_rad:.2g} mrad beside "
-            f"{1000 * together.own_rad:.2g} mrad of each alone"
-        )
-    return Finding(
-        "radar.turned", not (times or shakes), 0.0, seen,
-        f"{what}: the whole picture turns, as if bearings were from a bow that swings, or headings were late, rounded "
-        "or set anew. Tracks turn with it: ships are lost and begun anew, or are where none is.",
-        "Give the heading of each scan (relative_bearing_deg, heading_deg), or bearings from true north.",
-    )  # fmt: skip
-
-
-def without_spoke(scan: RadarScan) -> RadarScan:
+def _without_spoke(scan: RadarScan) -> RadarScan:
     """Return a scan without plots of one bearing and many ranges: another radar's pulses, which go round."""
     far, degrees = scan.range_m, np.degrees(scan.bearing_rad).astype(np.int64) % 360
     each = np.bincount(degrees, minlength=360)
@@ -142,10 +122,3 @@ def without_spoke(scan: RadarScan) -> RadarScan:
     if spoke.sum() < SPOKE or np.ptp(far[spoke]) < ACROSS * far.max():
         return scan
     return scan.select_detections(np.flatnonzero(~spoke))
-
-
-def _some(scan: RadarScan) -> tuple[Array, Array]:
-    """Ranges and bearings of a scan, not too many."""
-    scan = without_spoke(scan)
-    taken = np.unique(np.linspace(0, scan.detections - 1, min(MOST, scan.detections)).astype(np.int64))
-    return scan.range_m[taken], scan.bearing_rad[taken]

@@ -1,0 +1,73 @@
+"""Headings that are late turn a ship's picture as the ship does; right ones do not."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pytest
+
+from elusive.sensors.radar_scans import OwnShip, RadarPlot, scan_of
+from elusive.systems.radar.headings import headings_finding
+
+TURN_S, SCANS = 2.5, 100
+RANGE_SD_M, BEARING_SD = 10.0, 2e-3
+
+
+def way_of(seconds):
+    """Heading and places of a ship at 6 m/s that turns by 1.2 degrees a second now and then, at tenths of a second."""
+    turning = np.where(np.arange(10 * seconds) // 300 % 2 == 1, np.radians(1.2), 0.0)
+    heading = np.cumsum(turning) / 10
+    return heading, np.cumsum(0.6 * np.column_stack([np.sin(heading), np.cos(heading)]), axis=0)
+
+
+def sailed(late_s, *, seed=0, ships=4, alarms=4, told=True):
+    rng = np.random.default_rng([11, seed])
+    heading, own = way_of(260)
+    place, course = rng.uniform(-4000, 4000, (ships, 2)), rng.uniform(0, 2 * np.pi, ships)
+    rate = 7 * np.column_stack([np.sin(course), np.cos(course)])
+    scans = []
+    for k in range(SCANS):
+        at = round(10 * TURN_S * k)
+        off = place + TURN_S * k * rate - own[at]
+        seen = rng.random(ships) < 0.9
+        far = np.concatenate([np.hypot(*off[seen].T), 7000 * np.sqrt(rng.random(alarms))])
+        angle = np.concatenate([np.arctan2(*off[seen].T), rng.uniform(0, 2 * np.pi, alarms)])
+        error = heading[max(at - round(10 * late_s), 0)] - heading[at]
+        bearing = (angle + rng.normal(0, BEARING_SD, len(far)) + error) % (2 * np.pi)
+        far = far + rng.normal(0, RANGE_SD_M, len(far))
+        bow = float(heading[at] + error) if told else 0.0
+        plots = [
+            RadarPlot(TURN_S * k, r, b, heading_rad=bow) for r, b in zip(far.tolist(), bearing.tolist(), strict=True)
+        ]
+        velocity = 6 * np.array([np.sin(heading[at]), np.cos(heading[at])])
+        scans.append(scan_of(TURN_S * k, plots)._replace(own=OwnShip(own[at, 0], velocity[0], own[at, 1], velocity[1])))
+    return scans
+
+
+def judged(scans):
+    return headings_finding(scans, RANGE_SD_M, BEARING_SD)
+
+
+@pytest.mark.parametrize("late_s", [0.5, 1.0, -1.0, 2.0])
+@pytest.mark.parametrize("told", [True, False])
+def test_late_headings_are_named(late_s, told):
+    """Where no heading is told, the ship's own course stands for it."""
+    finding = judged(sailed(late_s, told=told))
+    assert not finding.holds
+    assert finding.grave
+    said = re.search(r"headings are ([\d.]+) s (late|early)", finding.sentence)
+    assert said is not None
+    assert (1 if said[2] == "late" else -1) * float(said[1]) == pytest.approx(late_s, abs=0.1 + 0.15 * abs(late_s))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("alarms", [0, 20])
+def test_right_headings_have_no_finding(seed, alarms):
+    assert judged(sailed(0.0, seed=seed, alarms=alarms)).holds
+
+
+def test_a_ship_that_sails_straight_says_nothing():
+    scans = [scan._replace(heading_rad=None, own=OwnShip(0.0, 0.0, 6 * scan.time_s, 6.0)) for scan in sailed(0.0)]
+    assert judged(scans).seen == 0.0
+    assert judged([]).holds
