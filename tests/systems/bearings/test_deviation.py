@@ -13,8 +13,8 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.arrival_times import ArrivalSet
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.systems.bearings.deviation import errors_found
+from elusive.systems.bearings.live_checks import checked
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.run import checked
 from elusive.systems.bearings.track import track
 from tests.longer import longer
 from tests.systems.bearings.test_powers import SENSORS, SITES, flown

@@ -11,11 +11,11 @@ from elusive.metrics.consistency import squared_deviations
 from elusive.motion import ConstantVelocity
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import BearingSensors
+from elusive.systems.bearings.live_checks import checked
 from elusive.systems.bearings.live_fit import FIRST
 from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
-from elusive.systems.bearings.run import checked
 from elusive.systems.bearings.track import track, track_labelled
 from elusive.tracking.memory import Memory
 

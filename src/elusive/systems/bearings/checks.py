@@ -76,20 +76,27 @@ def judged(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSite
     left = leftovers(known, sensor, flt if isinstance(flt, Estimation) else None)
     scale = scale_of(left)
     residuals, fault = _residuals(scale, known, parameters, sites, said)
-    found += [
-        *residuals,
-        _uneven(left, parameters, sites, said),
-        _convergence(known, parameters, said),
-    ]
-    found += [_manoeuvres(known, said), _alone(known, parameters, solid, said)]
+    found += [*residuals, _uneven(left, parameters, sites, said)]
     found += [beneath_finding(known, sites, said)] if solid else []
     found.append(clock_finding(known, parameters, sites, said))
     receiver = receiver_finding(known, parameters, sites, said)
     found += [] if receiver is None else [receiver]
+    found += estimate_findings(known, parameters, sites, said)
+    return Judged(tuple(found), fault if fault is not None and fault.moved > MOVED else None)
+
+
+def estimate_findings(
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, said: str = ""
+) -> list[Finding]:
+    """Check what a filter made of bearings, whatever is right or wrong with these; arguments as of :func:`judged`."""
+    known = [step for step in steps if step.tracks and step.state.started]
+    if not known:
+        return []
+    solid = "z" in known[0].state.state_names
+    found = [_convergence(known, parameters, said), _manoeuvres(known, said), _alone(known, parameters, solid, said)]
     places = np.array([step.tracks[0].mean[[X, Y]] for step in known])
     spread = np.array([step.tracks[0].covariance[np.ix_([X, Y], [X, Y])] for step in known])
-    found += geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
-    return Judged(tuple(found), fault if fault is not None and fault.moved > MOVED else None)
+    return found + geometry_findings(places, spread, [step.measurement for step in known], parameters, sites, said)
 
 
 def _manoeuvres(steps: Sequence[Step], said: str) -> Finding:

@@ -21,7 +21,7 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.choices import Estimation
 from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
-from elusive.systems.bearings.found_norths import LEAST_SENSORS
+from elusive.systems.bearings.found_norths import LEAST_SENSORS, Norths, exact
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -37,6 +37,7 @@ TWENTY_TO_ONE = 3.0  # of log evidence
 GAIN = 10.0
 MOVED = 1.0  # deviations that the path moves, from which its ellipses are wrong
 ELSEWISE = ("place", "clock", "any", "reading")  # what is no direction's error
+CLEARLY = 2.0  # deviations of a north, beyond which it is off
 AS_LIKELY = 5.0  # of log evidence, by which another error may fall short and be it as well
 LONGEST = 2000  # times, of a motion that is tried
 PROMISES = (0.5, 0.8, 0.9)  # of the evidence that is asked for, which each step of a search must expect
@@ -66,7 +67,13 @@ class Fault(NamedTuple):
 
 
 def fault_of(
-    emitters: Sequence[Sequence[Step]], parameters: BearingTracking, sites: SensorSites, *, roughly: bool = False
+    emitters: Sequence[Sequence[Step]],
+    parameters: BearingTracking,
+    sites: SensorSites,
+    *,
+    roughly: bool = False,
+    norths: Norths | None = None,
+    again: SensorError | None = None,
 ) -> Fault | None:
     """Return the error of a sensor that explains emitters' bearings best, if one does.
 
@@ -78,6 +85,10 @@ def fault_of(
         What they were tracked with.
     roughly
         Whether only errors without a size are tried: other readings, and a sensor without which the others fit.
+    norths
+        By which bearings, which are given as they came, were turned before they were tracked.
+    again
+        Error that is sought alone, of what is left of it.
     """
     asked, heard, base = exactly(parameters), list[Heard](), list[list[Step]]()
     assert isinstance(asked.filter, Estimation)
@@ -91,25 +102,33 @@ def fault_of(
     if len(used) < 2:
         return None
     claimed, gained, least, as_well = base, 0.0, GAIN, GAIN
-    if bias_of(parameters) is not None or parameters.sensor_times is not None:
+    if norths is not None or bias_of(parameters) is not None or parameters.sensor_times is not None:
         # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
-        claimed = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(heard, base, strict=True)]
-        gained = max(sum(map(evidence_of, claimed)) - sum(map(evidence_of, base)), 0.0)
+        turned = exact(sites) if norths is None else norths
+        righted = [[turned.righted(times) for times in part] for part in heard]
+        paths = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(righted, base, strict=True)]
+        claimed = [[turned.wider(step, sites) for step in path] for path in paths]
+        gained = sum(map(evidence_of, claimed)) - sum(map(evidence_of, base))
+        gained = max(gained - AS_LIKELY * np.count_nonzero(np.abs(turned.off_deg) > CLEARLY * turned.sd_deg), 0.0)
         # a place or a clock that explains as much as large norths is as likely
         least, as_well = GAIN + gained, gained - 2 * AS_LIKELY if gained > GAIN + 2 * AS_LIKELY else GAIN + gained
     sized = list[Explained]()
+
+    def sought(error: SensorError) -> bool:
+        return again is None or (error.kind, error.rows) == (again.kind, again.rows)
 
     def try_all(tried: Iterable[SensorError]) -> None:
         each = (_sized(error, heard, sites, asked, base, as_well) for error in tried)
         sized.extend(one for one in each if one is not None)
 
-    try_all(readings([times for part in heard for times in part], sites, used))
+    try_all(filter(sought, readings([times for part in heard for times in part], sites, used)))
     if LEAST_SENSORS <= len(used) <= SENSORS:
-        try_all(swinging(sites.names[row], row) for row in used)
+        try_all(swinging(sites.names[row], row) for row in (used if again is None else again.rows))
         if not roughly:
-            without = {one.error.row: one.paths for one in sized if one.error.row is not None}
-            try_all(errors_of(heard, base, sites, used, parameters.deviation_deg, without))
+            without = {one.error.rows[0]: one.paths for one in sized if one.error.kind == "any"}
+            try_all(filter(sought, errors_of(heard, base, sites, used, parameters.deviation_deg, without)))
     found = [one for one in sized if one.gain > (as_well if one.error.kind in ELSEWISE else least)]
+    found = list(filter(lambda one: sought(one.error), found))
     if not found:
         return None
     fitting = [one for one in found if _fits(one, heard, sites, asked)]

@@ -45,7 +45,7 @@ class LiveFit(ABC):
     def __init__(
         self, parameters: BearingTracking, sites: SensorSites, first: PlaceSet | None, told: Norths, *, seeks: bool
     ) -> None:
-        self.parameters, self._given, self._sites, self._told = parameters, parameters, sites, told
+        self.parameters, self.given, self._sites, self._told = parameters, parameters, sites, told
         self._seeks = seeks and first is not None and self._tells([[first]]) and len(sites.names) > 1
         self.norths = norths_found(parameters, sites, []) if self._seeks else told
         self._latest, self._count, self._due = deque[Mapping[int, PlaceSet]](maxlen=LATEST), 0, FIRST
@@ -66,7 +66,7 @@ class LiveFit(ABC):
             return False
         before = self.parameters, self.norths
         found, self.norths = self._learnt(alone)
-        self.parameters = no_calmer(found, self._given)
+        self.parameters = no_calmer(found, self.given)
         return before != (self.parameters, self.norths)
 
     @abstractmethod
@@ -78,7 +78,7 @@ class LiveFit(ABC):
         every = [one for part in heard for one in part]
         stand = all(isinstance(one, BearingSet) and one.places_m is None for one in every)
         several = len(every) == 1 or len({row for one in every for row in sensors_of(one).tolist()}) > 1
-        known = isinstance(self._given.filter, Estimation) and isinstance(self._given.motion, Powered)
+        known = isinstance(self.given.filter, Estimation) and isinstance(self.given.motion, Powered)
         return stand and several and known
 
 
@@ -91,13 +91,13 @@ class SeveralFit(LiveFit):
         super().__init__(parameters, sites, first, norths_of(parameters, sites), seeks=seeks)
 
     def _learnt(self, alone: Sequence[Sequence[PlaceSet]]) -> tuple[BearingTracking, Norths]:
-        given, seeks = self._given, self._seeks and self._tells(alone)
+        given, seeks = self.given, self._seeks and self._tells(alone)
         if not self._tells(alone):
             given = given.replace(sigma_deg=given.deviation_deg)
         begun, norths = given.replace(sigma_deg=self.parameters.deviation_deg), self.norths if seeks else self._told
         found = settled(begun, given, norths, self._sites, alone, straight=not seeks)
         if given.sigma_deg is None and found[0].deviation_deg > MOST_DEG:
-            return self._given, self._told
+            return self.given, self._told
         asked, norths = found
         own = [[norths.righted(one) for one in part] for part in alone]
         assert isinstance(given.emitters, SeveralEmitters)

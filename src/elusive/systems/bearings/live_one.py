@@ -23,12 +23,12 @@ class OneFit(LiveFit):
         self.bias = bias_of(parameters)
 
     def _learnt(self, alone: Sequence[Sequence[PlaceSet]]) -> tuple[BearingTracking, Norths]:
-        found, norths, (heard,) = self._given, self._told, alone
+        found, norths, (heard,) = self.given, self._told, alone
         if len(heard) < LEAST_TIMES:
             norths = self.norths
         elif self._tells(alone):
             found = errors_found(found, self._sites, heard)
             self.bias = bias_of(found)
             norths = norths_found(found, self._sites, alone) if self._seeks and self.bias else norths
-            found = found.replace(filter=self._given.filter)
+            found = found.replace(filter=self.given.filter)
         return powers_found(found, self._sites, [[norths.righted(one) for one in heard]]), norths

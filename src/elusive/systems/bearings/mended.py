@@ -7,6 +7,7 @@ error's size as uncertain as the curvature of the evidence leaves it (MacKay, 20
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import softmax
@@ -20,6 +21,14 @@ from elusive.systems.bearings.sensor_errors import Sizes
 from elusive.tracking.track import Step
 
 HARDLY = 7.0  # of log evidence, below which an error is left out
+
+
+class PathWith(NamedTuple):
+    """A path with an error of a sensor."""
+
+    mean: Array  # (K, d)
+    spread: Array  # (K, d, d), if the error is exactly as large as is likeliest
+    by_size: Array  # (K, d, d) how far it moves as the size is uncertain
 
 
 def mended(steps: Sequence[Step], fault: Fault | None, parameters: BearingTracking, sites: SensorSites) -> list[Step]:
@@ -43,8 +52,8 @@ def mended(steps: Sequence[Step], fault: Fault | None, parameters: BearingTracki
     spreads = [np.array([step.tracks[0].covariance[:d, :d] for step in steps])]
     kept = [logs[0]]
     for log, one in zip(logs[1:].tolist(), fault.perhaps, strict=True):
-        if log > logs.max() - HARDLY and (found := _path(steps, one, names, parameters, sites)) is not None:
-            kept, means, spreads = [*kept, log], [*means, found[0]], [*spreads, found[1]]
+        if log > logs.max() - HARDLY and (found := path_with(one, steps, names, parameters, sites)) is not None:
+            kept, means, spreads = [*kept, log], [*means, found.mean], [*spreads, found.spread + found.by_size]
     weight = softmax(kept)
     mean = np.einsum("m,mkd->kd", weight, means)
     off = np.array(means) - mean
@@ -58,10 +67,22 @@ def mended(steps: Sequence[Step], fault: Fault | None, parameters: BearingTracki
     ]
 
 
-def _path(
-    steps: Sequence[Step], one: Explained, names: tuple[str, ...], parameters: BearingTracking, sites: SensorSites
-) -> tuple[Array, Array] | None:
-    """Return means ``(K, d)`` and covariances at the steps' times, with an error as uncertain as it is."""
+def path_with(
+    one: Explained, steps: Sequence[Step], names: tuple[str, ...], parameters: BearingTracking, sites: SensorSites
+) -> PathWith | None:
+    """Return a path with an error, at the times of steps of which only what was heard is taken.
+
+    Parameters
+    ----------
+    one
+        The error.
+    steps
+        Of one emitter.
+    names
+        Of the state's components: of several motions a path is of one.
+    parameters, sites
+        What it was tracked with.
+    """
     heard, times_s = [step.measurement for step in steps], [step.time_s for step in steps]
     asked, none = exactly(parameters), (np.empty(0, np.intp), np.empty(0), np.empty(0))
 
@@ -71,7 +92,7 @@ def _path(
         gone = sorted({*times_s} - {times.time_s for times in part})
         part = sorted([*part, *(BearingSet(time_s, *none) for time_s in gone)], key=lambda times: times.time_s)
         path = path_of(part, asked, places)
-        if path is None or path[0].state.state_names != names:  # of several motions the path is of one
+        if path is None or path[0].state.state_names != names:
             return None
         at = {step.time_s: step.tracks[0] for step in path}
         tracks = [at[time_s] for time_s in times_s]
@@ -80,10 +101,10 @@ def _path(
     found = along(one.sizes)
     if found is None:
         return None
-    mean, spread = found
+    by_size = np.zeros_like(found[1])
     for axis in one.spread:
         other = along(tuple(np.add(one.sizes, axis).tolist()))
         if other is not None:
-            moved = other[0] - mean
-            spread = spread + np.einsum("ki,kj->kij", moved, moved)
-    return mean, spread
+            moved = other[0] - found[0]
+            by_size += np.einsum("ki,kj->kij", moved, moved)
+    return PathWith(*found, by_size)

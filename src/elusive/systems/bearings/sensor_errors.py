@@ -25,7 +25,7 @@ class SensorError(NamedTuple):
     kind: str
     said: Callable[[Sizes], tuple[str, str]]  # what is wrong, and what to do
     without: Callable[[Heard, SensorSites, Sizes], Mended]
-    row: int | None = None  # of a sensor that is left out
+    rows: tuple[int, ...] = ()  # of the sensors that err, where it is not all
     first: Sizes = ()  # where a search may begin as well as at nought
     likelier: float = 0.0  # log likelihood that each bearing gains since numbers then are further apart
 
@@ -88,7 +88,7 @@ def _turned(who: str, rows: list[int], unit: float) -> SensorError:
         by = -math.radians(sizes[0])
         return [shifted(times, rows, np.full(len(times.sensor), by)) for times in heard], sites
 
-    return SensorError((unit,), "north", says, without)
+    return SensorError((unit,), "north", says, without, tuple(rows))
 
 
 def _drifting(name: str, row: int, middle_s: float, rate: float, off: float) -> SensorError:
@@ -104,7 +104,7 @@ def _drifting(name: str, row: int, middle_s: float, rate: float, off: float) -> 
         turned = [shifted(one, [row], np.full(len(one.sensor), by_rad)) for one, by_rad in zip(heard, by, strict=True)]
         return turned, sites
 
-    return SensorError((rate, off), "drift", says, without)
+    return SensorError((rate, off), "drift", says, without, (row,))
 
 
 def _clocked(name: str, row: int, unit: float) -> SensorError:
@@ -124,7 +124,7 @@ def _clocked(name: str, row: int, unit: float) -> SensorError:
                     parts.setdefault(time_s, []).append(part_of(times, rows))
         return [_joined(time_s, parts[time_s]) for time_s in sorted(parts)], sites
 
-    return SensorError((unit,), "clock", says, without)
+    return SensorError((unit,), "clock", says, without, (row,))
 
 
 def _placed(name: str, row: int, unit: float) -> SensorError:
@@ -140,7 +140,7 @@ def _placed(name: str, row: int, unit: float) -> SensorError:
         places[row, :2] += sizes
         return heard, sites._replace(positions_m=places)
 
-    return SensorError((unit, unit), "place", says, without)
+    return SensorError((unit, unit), "place", says, without, (row,))
 
 
 def _resected(heard: Sequence[Heard], paths: Sequence[Sequence[Step]], row: int) -> Array:
@@ -169,7 +169,7 @@ def swinging(name: str, row: int) -> SensorError:
         parts = [(times, times.sensor != row) for times in heard]
         return [part_of(times, kept) for times, kept in parts if kept.any()], sites
 
-    return SensorError((), "any", says, without, row)
+    return SensorError((), "any", says, without, (row,))
 
 
 def _joined(time_s: float, parts: list[BearingSet]) -> BearingSet:

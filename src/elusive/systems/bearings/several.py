@@ -133,7 +133,8 @@ def track_several(
 ) -> Iterator[Step]:
     """Yield a step for each time; its state is a :class:`~elusive.tracking.detections.DetectionState`.
 
-    Its bearings are turned by the norths that are known to be off. Live these are learnt, and what else is not given.
+    Its bearings are turned by the norths that are known to be off. Live these are learnt, and what else is not given;
+    bearings are as they came, and places as uncertain as what is learnt leaves them.
 
     It is kept in ``memory``, and gone on from.
 
@@ -163,14 +164,14 @@ def track_several(
                 "--emitters several: tells bearings apart, and not times of arrival; leave arrival_s out, or take "
                 "--emitters one."
             )
-        norths = fit.norths
-        measurement = norths.righted(measurement)
+        came, norths = measurement, fit.norths
+        measurement = norths.righted(came)
         state = tracker.step(state, measurement.time_s, measurement, rng)
         step = Step(measurement.time_s, measurement, state, state.tracks)
         if live:
             own = own_steps([step], sites, fit.parameters.deviation_deg)
             if fit.heed({number: norths.as_heard(its[0].measurement) for number, its in own.items()}):
                 tracker = tracker_of(fit.parameters, sites)
-            step = less_sure(norths.wider(step, sites), fit.parameters)
+            step = less_sure(norths.wider(step, sites), fit.parameters)._replace(measurement=came)
         memory.keep(measurement.time_s, state, rng, fit)
         yield step

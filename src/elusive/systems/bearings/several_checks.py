@@ -13,7 +13,7 @@ from elusive.contracts import Array, X, Y
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearings import wrapped
 from elusive.systems.bearings.choices import Powered, SeveralEmitters
-from elusive.systems.bearings.faults import fault_finding, fault_of
+from elusive.systems.bearings.faults import MOVED, Fault, fault_finding, fault_of
 from elusive.systems.bearings.found_norths import norths_of
 from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, units_finding
@@ -24,6 +24,7 @@ from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import persisting_finding, persists
 from elusive.systems.bearings.readings import CONVENTIONS, reread
+from elusive.systems.bearings.sensor_errors import SensorError
 from elusive.systems.bearings.settled import LARGER
 from elusive.systems.bearings.several import track_several
 from elusive.systems.bearings.uneven import uneven_finding
@@ -148,8 +149,36 @@ def coherent(scale: CrowdScale) -> bool:
     return scale.rest >= LEAST and scale.left > LEFT and scale.repeated > max(REPEATED, CHANCE * scale.chance)
 
 
-def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> tuple[Finding, ...]:
-    """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found."""
+def several_fault(
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, again: SensorError | None = None
+) -> Fault | None:
+    """Return what is wrong with a sensor by all emitters' bearings together, if a path lies off for it."""
+    norths, own = norths_of(parameters, sites), owners(steps, parameters, sites)
+    fault = fault_of(own, parameters, sites, norths=norths, again=again)
+    return fault if fault is not None and fault.moved > MOVED else None
+
+
+def owners(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> list[list[Step]]:
+    """Return the steps of the emitters that were followed for longest, each with its own bearings as they came."""
+    norths, own = norths_of(parameters, sites), own_steps(steps, sites, parameters.deviation_deg)
+    longest = sorted(own.values(), key=len, reverse=True)[:MOST_EMITTERS]
+    return [[step._replace(measurement=norths.as_heard(step.measurement)) for step in its] for its in longest]
+
+
+def several_findings(
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, fault: Fault | None
+) -> tuple[Finding, ...]:
+    """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found.
+
+    Parameters
+    ----------
+    steps
+        One for each time.
+    parameters, sites
+        What they were tracked with.
+    fault
+        What is wrong with a sensor.
+    """
     norths = norths_of(parameters, sites)
     off = learnt_norths_finding(norths, parameters, sites)
     assert isinstance(parameters.emitters, SeveralEmitters)
@@ -159,8 +188,12 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
     wide = scale.number >= LEAST and scale.half > WIDE + error
     ghosts = scale.crossed > CROSSED
     bad = wide or coherent(scale) or ghosts
-    tried = [step.measurement for step in steps[:TRIED_TIMES]]
-    sentence, remedy = _cause([norths.as_heard(one) for one in tried], parameters, sites, scale) if bad else ("", "")
+    sentence, remedy = "", ""
+    if bad and fault is not None:
+        sentence, remedy = f"; they fit better if {fault.what}", fault.remedy
+    elif bad:
+        tried = [norths.as_heard(step.measurement) for step in steps[:TRIED_TIMES]]
+        sentence, remedy = _cause(tried, parameters, sites, scale)
     found = [
         off,
         persisting_finding(parameters),
@@ -198,11 +231,8 @@ def several_findings(steps: Sequence[Step], parameters: BearingTracking, sites: 
                 f"Tell about {scale.half * parameters.deviation_deg:.2g}.", grave=False,
             )
         )  # fmt: skip
-    own = own_steps(steps, sites, parameters.deviation_deg)
-    if not wide:
-        longest = sorted(own.values(), key=len, reverse=True)[:MOST_EMITTERS]
-        found.append(fault_finding(fault_of(longest, parameters, sites), ""))
-    for number, whole in sorted(own.items()):
+    found.append(fault_finding(fault, ""))
+    for number, whole in sorted(own_steps(steps, sites, parameters.deviation_deg).items()):
         its = [step for step in whole if len(step.measurement.sensor)]
         if not its:
             continue
