@@ -16,7 +16,7 @@ TRACKING = BearingTracking(
     sigma_deg=SIGMA_DEG, motion={"kind": "cv", "q": 1.0}, filter={"kind": "fixed-lag"}, emitters={"kind": "one"}
 )
 SITES = SensorSites(("1", "2", "3"), np.column_stack([SITES_M, np.zeros(3)]))
-TIMES, CHECKED = 20, 15  # the first check, after 12 times, is over at the 15th
+TIMES, CHECKED = 16, 15  # the first check, after 12 times, is over at the 15th
 
 
 @pytest.mark.parametrize("right", [True, False])

@@ -7,6 +7,7 @@ import pytest
 
 from elusive.metrics.consistency import squared_deviations
 from elusive.sensors.bearing_sets import SensorSites
+from elusive.systems.bearings.heard import part_of
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several_checks import several_fault
 from elusive.systems.bearings.several_mended import several_told
@@ -14,17 +15,18 @@ from elusive.tracking.track import Step, Track
 from tests.systems.bearings.crowd import SITES, crowd
 
 OFF_M = (90.0, -60.0)
-ELSEWHERE = SITES._replace(positions_m=SITES.positions_m + [(0, 0, 0), (*OFF_M, 0), (0, 0, 0), (0, 0, 0)])
+ELSEWHERE = SITES._replace(positions_m=np.add(SITES.positions_m, [(0, 0, 0), (*OFF_M, 0), (0, 0, 0), (0, 0, 0)]))
 TOLD = BearingTracking(sigma_deg=1.0, motion={"kind": "cv", "q": 0.5}, emitters={"kind": "several"})
-TIMES = 24
+TIMES = 30
 
 
 def followed(sites: SensorSites) -> list[Step]:
-    """Steps of two emitters that are followed where they are, whose bearings come of sensors that may stand elsewhere."""
+    """Steps of two emitters that are followed where they are, past three sensors that may stand elsewhere."""
     truth, sets = crowd(3, 2, times=TIMES, false=0.3, heard=0.95)
     spread = np.diag([100.0, 4.0, 100.0, 4.0])
     tracks = [[Track(one + 1, "confirmed", 1.0, truth[k, one], spread) for one in range(2)] for k in range(TIMES)]
-    return [Step(heard.time_s, heard, None, tuple(its)) for heard, its in zip(sets, tracks, strict=True)]
+    three = [part_of(heard, heard.sensor < 3) for heard in sets]
+    return [Step(heard.time_s, heard, None, tuple(its)) for heard, its in zip(three, tracks, strict=True)]
 
 
 def test_emitters_together_tell_where_a_sensor_stands():

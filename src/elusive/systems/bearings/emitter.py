@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from elusive.contracts import Array
 from elusive.errors import DataError
@@ -18,7 +17,6 @@ from elusive.filters.gaussian.map_smoother import MapSmoother
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.choices import Estimator
-from elusive.systems.bearings.found_norths import Norths
 from elusive.systems.bearings.heard import have_elevations
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
@@ -37,15 +35,6 @@ class Emitter(NamedTuple):
     log_evidence: float  # of the measurement given the earlier ones; of an estimate of the whole, all at its last step
     converged: bool = True  # whether the descent to the path came to its end
     reopened: bool = False  # whether bearings rather tell a manoeuvre beyond what the motion allows
-    norths: Norths | None = None  # by which bearings were turned, live
-
-    def biased(self, sd_deg: float) -> Emitter:
-        """Return the same with the norths in its state, counted in a deviation, as of a bias that is known."""
-        assert self.norths is not None
-        names = (*self.state_names, *(f"bias_across_{number}" for number in range(len(self.norths.off_deg))))
-        mean = np.concatenate([self.mean, np.array(self.norths.off_deg) / sd_deg])
-        covariance = block_diag(self.covariance, np.zeros((len(self.norths.off_deg),) * 2))
-        return self._replace(state_names=names, mean=mean, covariance=covariance, norths=None)
 
     def step(self, measurement: PlaceSet) -> Step:
         """Return the step to which a measurement led."""

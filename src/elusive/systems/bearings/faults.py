@@ -21,7 +21,7 @@ from elusive.filters.gaussian.transitions import AngleBias
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.systems.bearings.choices import Estimation
 from elusive.systems.bearings.fitting import apart_by, bias_of, evidence_of, path_of, tried_with
-from elusive.systems.bearings.found_norths import LEAST_SENSORS, Norths, exact
+from elusive.systems.bearings.found_norths import LEAST_SENSORS, Norths
 from elusive.systems.bearings.heard import sensors_of
 from elusive.systems.bearings.leftovers import least_precise, leftovers, scale_of
 from elusive.systems.bearings.parameters import BearingTracking
@@ -104,12 +104,13 @@ def fault_of(
     claimed, gained, least, as_well = base, 0.0, GAIN, GAIN
     if norths is not None or bias_of(parameters) is not None or parameters.sensor_times is not None:
         # errors that persist are estimated with the path: another has to explain more, and to be beyond its ellipse
-        turned = exact(sites) if norths is None else norths
-        righted = [[turned.righted(times) for times in part] for part in heard]
-        paths = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(righted, base, strict=True)]
-        claimed = [[turned.wider(step, sites) for step in path] for path in paths]
-        gained = sum(map(evidence_of, claimed)) - sum(map(evidence_of, base))
-        gained = max(gained - AS_LIKELY * np.count_nonzero(np.abs(turned.off_deg) > CLEARLY * turned.sd_deg), 0.0)
+        turned = heard if norths is None else [[norths.righted(times) for times in part] for part in heard]
+        paths = [path_of(part, tried_with(parameters), sites) or path for part, path in zip(turned, base, strict=True)]
+        claimed, gained = paths, sum(map(evidence_of, paths)) - sum(map(evidence_of, base))
+        if norths is not None:
+            claimed = [[norths.wider(step, sites) for step in path] for path in paths]
+            gained -= AS_LIKELY * np.count_nonzero(np.abs(norths.off_deg) > CLEARLY * norths.sd_deg)
+        gained = float(max(gained, 0.0))
         # a place or a clock that explains as much as large norths is as likely
         least, as_well = GAIN + gained, gained - 2 * AS_LIKELY if gained > GAIN + 2 * AS_LIKELY else GAIN + gained
     sized = list[Explained]()

@@ -20,7 +20,6 @@ class OneFit(LiveFit):
 
     def __init__(self, parameters: BearingTracking, sites: SensorSites, first: PlaceSet | None) -> None:
         super().__init__(parameters, sites, first, exact(sites), seeks=bias_of(parameters) is None)
-        self.bias = bias_of(parameters)
 
     def _learnt(self, alone: Sequence[Sequence[PlaceSet]]) -> tuple[BearingTracking, Norths]:
         found, norths, (heard,) = self.given, self._told, alone
@@ -28,7 +27,6 @@ class OneFit(LiveFit):
             norths = self.norths
         elif self._tells(alone):
             found = errors_found(found, self._sites, heard)
-            self.bias = bias_of(found)
-            norths = norths_found(found, self._sites, alone) if self._seeks and self.bias else norths
+            norths = norths_found(found, self._sites, alone) if self._seeks and bias_of(found) else norths
             found = found.replace(filter=self.given.filter)
         return powers_found(found, self._sites, [[norths.righted(one) for one in heard]]), norths

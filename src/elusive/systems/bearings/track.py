@@ -94,7 +94,7 @@ def track(
         if live and fit.heed({1: measurement}):
             stepping = _stepping(made(fit.parameters), parameters)
         memory.keep(measurement.time_s, state, fit)
-        yield norths.wider(_emitter(names, state)._replace(norths=norths).step(measurement), sites)
+        yield norths.wider(_emitter(names, state).step(measurement), sites)
 
 
 def _stepping(estimator: Any, parameters: BearingTracking) -> Any:
