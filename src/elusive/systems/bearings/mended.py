@@ -13,11 +13,11 @@ import numpy as np
 from scipy.special import softmax
 
 from elusive.contracts import Array
-from elusive.sensors.bearing_sets import BearingSet, SensorSites
+from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.faults import Explained, Fault, exactly
 from elusive.systems.bearings.fitting import path_of
 from elusive.systems.bearings.parameters import BearingTracking
-from elusive.systems.bearings.sensor_errors import Sizes
+from elusive.systems.bearings.sensor_errors import Sizes, also_at
 from elusive.tracking.track import Step
 
 HARDLY = 7.0  # of log evidence, below which an error is left out
@@ -84,14 +84,11 @@ def path_with(
         What it was tracked with.
     """
     heard, times_s = [step.measurement for step in steps], [step.time_s for step in steps]
-    asked, none = exactly(parameters), (np.empty(0, np.intp), np.empty(0), np.empty(0))
+    asked = exactly(parameters)
 
     def along(sizes: Sizes) -> tuple[Array, Array] | None:
         part, places = one.error.without(heard, sites, sizes)
-        # a clock that is set has times of its own
-        gone = sorted({*times_s} - {times.time_s for times in part})
-        part = sorted([*part, *(BearingSet(time_s, *none) for time_s in gone)], key=lambda times: times.time_s)
-        path = path_of(part, asked, places)
+        path = path_of(also_at(times_s, part), asked, places)
         if path is None or path[0].state.state_names != names:
             return None
         at = {step.time_s: step.tracks[0] for step in path}

@@ -78,6 +78,13 @@ def shifted(times: BearingSet, rows: Iterable[int], by: Array) -> BearingSet:
     return times._replace(azimuth_rad=times.azimuth_rad + np.where(np.isin(times.sensor, [*rows]), by, 0.0))
 
 
+def also_at(times_s: Iterable[float], heard: Heard) -> Heard:
+    """Return bearings, none at those times that lack them: a clock that is set has times of its own."""
+    none = (np.empty(0, np.intp), np.empty(0), np.empty(0))
+    gone = sorted({*times_s} - {times.time_s for times in heard})
+    return sorted([*heard, *(BearingSet(time_s, *none) for time_s in gone)], key=lambda times: times.time_s)
+
+
 def _turned(who: str, rows: list[int], unit: float) -> SensorError:
     def says(sizes: Sizes) -> tuple[str, str]:
         way = "too large" if sizes[0] > 0 else "too small"

@@ -19,7 +19,7 @@ from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import less_sure
-from elusive.systems.bearings.sensor_errors import SensorError
+from elusive.systems.bearings.sensor_errors import SensorError, also_at
 from elusive.systems.bearings.several import track_several
 from elusive.systems.bearings.several_checks import several_fault, several_findings
 from elusive.systems.bearings.several_fit import fitted
@@ -72,7 +72,6 @@ def several_told(heard: Sequence[PlaceSet], given: BearingTracking, sites: Senso
         claimed = Explained(_turned(norths_of(parameters, sites)), (), (), fault.claimed, [])
         perhaps = [best, claimed, *fault.perhaps[1:]] if best else [claimed, *fault.perhaps]
         told = _covering(told, tracked, perhaps, parameters, sites)
-    # a clock that is set has times of its own
     came = {one.time_s: one for one in heard}
     told = [step._replace(measurement=came[step.time_s]) for step in told if step.time_s in came]
     return SeveralTold(told, asked, findings, fault if best else None)
@@ -93,6 +92,7 @@ def _without(
     bearings = [one for one in heard if isinstance(one, BearingSet)]
     for count in range(ROUNDS):
         mended, stand = best.error.without(bearings, sites, best.sizes)
+        mended = also_at((one.time_s for one in heard), mended)
         parameters = fitted(given, stand, mended)
         steps = list(track_several(mended, parameters, stand))
         more = several_fault(steps, parameters, stand, best.error) if best.sizes and count + 1 < ROUNDS else None
