@@ -50,6 +50,12 @@ def tacking(rng: np.random.Generator) -> Array:
     return np.asarray(np.array([2000.0, -500.0]) + rng.normal(0, 400, (10, 2)) + way[:, None])
 
 
+def abreast(rng: np.random.Generator) -> Array:
+    """Five ships beside each other come straight on, the radar in their midst."""
+    place = np.column_stack([np.cumsum(rng.uniform(200, 700, 5)) - 1100, np.full(5, -3000.0)])
+    return sailed(rng, place, np.tile([0.0, 7.0], (5, 1)), 0.002)
+
+
 def convoy(rng: np.random.Generator) -> Array:
     """Six ships that go exactly alike, and others."""
     close = sailed(
@@ -76,7 +82,7 @@ def judged(plots: list[Array]) -> tuple[bool, int, str]:
     return found.holds, int(found.seen), found.sentence
 
 
-@pytest.mark.parametrize("ships", longer([apart, lanes, fairway, tacking, convoy], tacking))
+@pytest.mark.parametrize("ships", longer([apart, lanes, fairway, tacking, abreast, convoy], tacking))
 def test_ships_in_company_are_no_copies(ships: Callable[[np.random.Generator], Array]) -> None:
     """In ten recordings of each kind; told by the shape of tracks alone, nine of 24 were accused."""
     for seed in range(10):
@@ -137,6 +143,21 @@ def test_side_lobes_whose_bearings_err_more_are_named() -> None:
         assert not holds
         assert copies >= 2
         assert "side lobes" in sentence
+
+
+@pytest.mark.parametrize("said", ["turned by 9 degrees", "bearing of 130 degrees"])
+def test_one_echo_whose_errors_are_its_own_is_named_by_the_bends_of_its_range(said: str) -> None:
+    """Of ten ships that pass by; bearings err twice as much as theirs."""
+    named = 0
+    for seed in range(10):
+        rng = np.random.default_rng([seed, 67])
+        passes = np.array([1200.0, 1500.0]) + TIMES_S[:, None, None] * [[[1.0, -9.0]]]
+        plots = seen(rng, np.concatenate([passes, apart(rng)], axis=1))
+        other = SINGLE[said](seen(rng, passes)[0]) + rng.normal(0, [[0.0, 1.7 * BEARING_SD]] * SCANS)
+        other[rng.random(SCANS) > 0.75] = np.nan
+        holds, _, sentence = judged([*plots, other])
+        named += not holds and said in sentence
+    assert named >= 9
 
 
 def test_one_side_lobe_of_each_of_two_ships_is_named() -> None:

@@ -19,6 +19,7 @@ FEW, OFTEN = 3, 0.25  # tracks that begin where another has just ended, and thei
 SCANS, REACH_M = 10, 250.0  # in which it has, and how far from it, beside what it sailed since
 MANY, MOST = 8, 0.5  # tracks of one velocity, and their share of those of a time
 ALIKE_MPS, SLOW_MPS = 0.5, 1.0  # speeds within which velocities are one, or none
+ALONG = 20  # scans before and after a time, in which a velocity is known to some tenths of a metre a second
 WIDE_M = 200.0  # deviation of their places across, from which they sail in no line
 LONG, MIDST = 40, 0.7  # scans of tracks that last, and share of their farthest range, up to which ships do not end
 SELDOM = 0.1  # share of the tracks, up to which some that are brief are boats
@@ -108,7 +109,7 @@ def _alike(paths: Sequence[RadarPath]) -> Finding:
             continue
         middle = [int(np.searchsorted(path.times_s, time_s)) for path in there]
         around = zip(there, middle, strict=True)
-        velocity = np.array([np.median(path.velocity[max(k - 5, 0) : k + 6], axis=0) for path, k in around])
+        velocity = np.array([np.median(path.velocity[max(k - ALONG, 0) : k + ALONG + 1], axis=0) for path, k in around])
         near = np.hypot(*(velocity[:, None] - velocity).transpose(2, 0, 1)) < ALIKE_MPS
         best = near[near.sum(axis=1).argmax()]
         mean = velocity[best].mean(axis=0)

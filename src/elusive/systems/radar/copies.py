@@ -4,7 +4,8 @@ A copy lies at its original's place, moved in one way, but for the errors of plo
 white (von Neumann, 1941, Distribution of the ratio of the mean square successive difference to the variance) and no
 greater than errors are. Ships in company drift about each other, and where they do not, their errors are independent:
 the second differences of their plots (:mod:`elusive.systems.radar.triples`) are not correlated. So a copy is told by
-errors that it shares with its original, or by several that are moved in one way while their originals go differently.
+errors that it shares with its original, by following the bends of its range as that passes, which no ship in company
+does at another bearing, or by several that are moved in one way while their originals go differently.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ TURNED_RAD = math.radians(1.0)  # of a ship whose bearing its copy does not foll
 SEVERAL, DIFFER_MPS = 2, 1.0  # that are moved in one way, and by how much the velocities of their originals differ
 CLEAR, ALIKE = 4.0, 0.3  # deviations of chance, and the correlation, from which errors are shared
 WIDER = 4.0  # times a bearing's error, that the bearing of a weak echo by a side lobe from its ship's may have
+BENT = 1.5  # times a range's variance, beyond which ranges bend
 LOBES_RAD = math.radians(45)  # to each side of a ship, within which echoes by side lobes lie
 HALF, CLIPPED = 0.67449, 3.0  # deviations within which half of a Gaussian's errors lie; a stray counts as so many
 OVERLAP = 1 + 2 * (0.444 + 0.028)  # of products of second differences one and two scans apart, which share plots
@@ -74,7 +76,7 @@ class _Way(NamedTuple):
     places: Array  # (k, 2) of the original then [m]
     original: int
     copy: int
-    shared: bool  # errors
+    shared: bool  # errors, or bends of the range
     lobe: bool = False  # at its ship's range, which changes, and not far to the side
 
     def like(self, other: _Way) -> bool:
@@ -179,25 +181,31 @@ def _ways_in(original: int, copy: int, rows: Array, its_rows: Array, sd: Array) 
     sails = nears or float(np.ptp(np.unwrap(angle))) > SAILED * bearing_sd
     found = list[_Way]()
 
-    def keep(how: str, by: Array, covariance: Array, both: Sequence[tuple[Array, Array]]) -> None:
+    def keep(
+        how: str, by: Array, covariance: Array, both: Sequence[tuple[Array, Array]], *, alone: bool = False
+    ) -> None:
         lobe = how == "turned" and nears and abs(float(by[0])) < LOBES_RAD
-        found.append(_Way(how, by, covariance, times_s, one, original, copy, _shared(times_s, both), lobe))
+        found.append(_Way(how, by, covariance, times_s, one, original, copy, alone or _shared(times_s, both), lobe))
 
     ranges = [(far, its_far)]  # which err together where the echo is the same one, by another way
+    # a ship that follows the bends of another's range, as that passes, would turn about the radar with it
+    bent = far - np.polynomial.Polynomial.fit(times_s, far, 1)(times_s)
+    bends = float(np.mean(bent**2)) > (BENT + ERRORS * math.sqrt(2 / n)) * range_sd**2
     turns = wrapped(its_angle - angle, 2 * math.pi)
     turn = float(np.angle(np.exp(1j * turns).mean()))
     across = wrapped(turns - turn, 2 * math.pi)
     across /= min(max(math.sqrt(2) * bearing_sd, _by_steps(across)), WIDER * bearing_sd)
     if sails and _white((its_far - far) / (math.sqrt(2) * range_sd), across):
-        keep("turned", np.array([turn]), np.array([[2 * bearing_sd**2 / n]]), ranges)
+        keep("turned", np.array([turn]), np.array([[2 * bearing_sd**2 / n]]), ranges, alone=bends)
     if nears and _white((its_far - 2 * far) / (math.sqrt(5) * range_sd), turns / (math.sqrt(2) * bearing_sd)):
         keep("twice", np.zeros(1), np.eye(1), ranges)
     sight = float(np.angle(np.exp(1j * its_angle).mean()))
     more = float(np.median(its_far - far))
     passes = np.ptp(np.unwrap(angle)) > TURNED_RAD and -ERRORS * math.sqrt(2 / n) * range_sd < more < AWAY_M
-    aside = wrapped(its_angle - sight, 2 * math.pi) / bearing_sd
-    if nears and passes and _white((its_far - far - more) / (math.sqrt(2) * range_sd), aside):
-        keep("mirrored", np.array([sight]), np.array([[bearing_sd**2 / n]]), ranges)
+    aside = wrapped(its_angle - sight, 2 * math.pi)
+    aside_sd = min(max(bearing_sd, _by_steps(aside)), WIDER * bearing_sd)
+    if nears and passes and _white((its_far - far - more) / (math.sqrt(2) * range_sd), aside / aside_sd):
+        keep("mirrored", np.array([sight]), np.array([[aside_sd**2 / n]]), ranges, alone=bends)
     covariance = _covariance(far, angle, sd) + _covariance(its_far, its_angle, sd)
     precision = np.linalg.inv(covariance)
     shift = np.linalg.solve(precision.sum(axis=0), np.einsum("kij,kj->i", precision, two - one))
