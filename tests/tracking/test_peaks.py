@@ -14,7 +14,7 @@ from elusive.preprocess.peaks import Peaks
 from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking._target_kernels import moving, recent, ways
-from elusive.tracking.peak_alone import RIVALS, chance_of
+from elusive.tracking.peak_alone import RIVALS, chance_of, chance_of_peaks
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_nearer import targets_share
 from elusive.tracking.peak_null import MEDIANS, SHAPES, SHARES, EmpiricalNull
@@ -551,6 +551,46 @@ def test_the_strongest_of_one_kind_is_told_from_another_by_chance_alone(exponent
     assert chance_of(9.0, np.zeros(0)) == 0.0
     assert chance_of(9.0, np.array([9.0, 4.0])) == 1.0
     assert chance_of(9.0, np.array([4.0])) < 0.002 < chance_of(6.0, np.array([4.0]))
+
+
+def test_how_rarely_clutter_is_as_strong_as_the_strongest_is_told_by_what_is_far_from_it() -> None:
+    rng = np.random.default_rng(19)
+    places = np.vstack([[[80.0, 60.0], [82.0, 60.0]], 20 + 100 * rng.random((12, 2)) * [0.5, 1.0]])
+    strength = np.append([12.0, 9.0], np.linspace(5.0, 4.0, 12))
+    peaks = peaks_of(1, places, strength, np.zeros(2), np.zeros(2))
+    told = chance_of_peaks(peaks, 1e-6)
+    assert told[0] == pytest.approx(chance_of(12.0, strength[2:]))
+    assert told[0] < 0.01
+    np.testing.assert_array_equal(told[1:], 1.0)
+    assert chance_of_peaks(peaks, 0.02)[0] == 0.02
+    nothing_else = peaks_of(1, places[:2], strength[:2], np.zeros(2), np.zeros(2))
+    np.testing.assert_array_equal(chance_of_peaks(nothing_else, 0.02), 1.0)
+
+
+@pytest.mark.parametrize("near_px", [6.0, np.inf])
+def test_what_stands_out_is_followed_however_it_turns_and_flashes_anywhere_are_not(near_px: float) -> None:
+    """A step of 6 px in a new direction each frame, or another place of the frame, of twice the others' strength."""
+    shown, at = 0, []
+    for seed in range(2):
+        rng = np.random.default_rng(seed)
+        path = [np.array([80.0, 60.0])]
+        while len(path) < 40:
+            turn = rng.uniform(0, 2 * np.pi)
+            step = near_px * np.array([np.cos(turn), np.sin(turn)])
+            place = rng.uniform((0, 0), SHAPE[::-1]) if np.isinf(near_px) else path[-1] + step
+            if 5 < place[0] < 155 and 5 < place[1] < 115:
+                path.append(place)
+        ways = [(place[None], np.array([10.0])) for place in path]
+        beliefs = followed(rng, ways.__getitem__, np.zeros((0, 2)), 40)
+        shown += sum(len(one) for one in shown_of(beliefs)[10:])
+        at += [
+            any(t.status == "confirmed" and np.hypot(*(t.mean[[0, 2]] - place)) < 3 for t in belief.tracks)
+            for belief, place in zip(beliefs[10:], path[10:], strict=True)
+        ]
+    if np.isinf(near_px):
+        assert shown == 0
+    else:
+        assert np.mean(at) > 0.9  # none where a frame's strongest is one, however strong it is
 
 
 @pytest.mark.parametrize("how", ["rests", "new", "blinks"])

@@ -21,6 +21,7 @@ from elusive.tracking import _peak_kernels as kernels
 from elusive.tracking._detection_kernels import associate
 from elusive.tracking._pair_kernels import absorb, explain
 from elusive.tracking._target_kernels import recent, ways
+from elusive.tracking.peak_alone import chance_of_peaks
 from elusive.tracking.peak_motions import PeakMotions
 from elusive.tracking.peak_swift import Swift, Unclaimed, Ways, swift, under_way
 from elusive.tracking.peak_targets import HOP, PeakTargets
@@ -61,6 +62,9 @@ class PeakRecursion(Model):
     )
     tail: Positive = Field(4.0, description="Peaks of a strength fall with its power, this one")
     nearby: Positive = Field(0.12, description="Radius of a peak's neighbourhood, share of the frame's root area")
+    flash: Probability = Field(
+        0.02, gt=0, description="Probability that clutter flashes in a frame, however far it stands out of the others"
+    )
     place_px: Positive = Field(0.3, description="Deviation of a peak's place, at least [px]")
     place_scale: Positive = Field(0.25, description="Deviation of a peak's place [scales]")
     fastest: Positive = Field(0.2, description="Greatest way of a target in a frame, share of the frame's root area")
@@ -91,7 +95,9 @@ class PeakRecursion(Model):
         around = math.pi * radius**2
         near = kernels.crowding(places, bright, radius)
         rank = np.where(bright, np.cumsum(bright), np.cumsum(~bright)) - 0.5
-        density = 2 * (near + 2 * around * rank / area + 0.3) / (3 * around)
+        # in one frame the strongest is one, however strong it is: how rarely clutter is, the tail of the others tells
+        expected = (2 * around * rank / area + 0.3) * chance_of_peaks(peaks, self.flash)[few]
+        density = 2 * (near + expected) / (3 * around)
         variance = self.place_px**2 + (self.place_scale * peaks.scale_px[few]) ** 2
         return Clutter(places, np.log(density), variance, peaks.level[few])
 

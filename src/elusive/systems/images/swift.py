@@ -17,6 +17,7 @@ from elusive.tracking.peak_targets import PeakTargets
 EARLY = 10  # frames in which a scene is hardly learnt
 STRONG = 7.0  # deviations of a peak; a frame's noise has none
 KNOWN, NEAR_PX, WIDE = 2, 4.0, 2.0  # frames of a track that is one; about it, and times a peak's own scale, what is its
+LIKELY = 0.5  # existence of one that is followed: a guess is not
 FAR_PX, EVEN_PX, EVEN = 12.0, 3.0, 0.15  # way in a frame; by how much, or what share of it, the next may differ
 ALIKE = 0.7  # of the logarithms of contrasts
 FEW, FRAMES = 8, 4  # lone peaks of a frame at most: of more, some lie evenly by chance; frames
@@ -34,7 +35,7 @@ class Swift:
         self._frames += 1
         strong = peaks.strength > STRONG
         places = peaks.places_px[strong] - peaks.offset_px
-        known = targets.mean_place[targets.age >= KNOWN]
+        known = targets.mean_place[(targets.age >= KNOWN) & (targets.existence > LIKELY)]
         away = np.linalg.norm(places[:, None] - known[None], axis=2).min(axis=1, initial=np.inf)
         alone = away > NEAR_PX + WIDE * peaks.scale_px[strong]
         lone = np.column_stack([places, np.where(peaks.bright, 1.0, -1.0)[strong], peaks.level[strong]])[alone]
