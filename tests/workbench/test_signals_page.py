@@ -31,7 +31,7 @@ def test_the_example_is_run_and_objects_put_in_and_taken_out(served: Served, ope
     field(page, "start").fill("9000")
     told(page, "Object 1 begins at sample 9000, outside of the 600 samples")
     field(page, "start").fill("100")
-    field(page, "frames").fill("60000")  # for longer than a press takes
+    field(page, "frames").fill("40000")  # for longer than a press takes
     button(page, "Run").click()
     button(page, "Cancel").click()
     told(page, "Cancelled.")
