@@ -148,7 +148,7 @@ def signals(steps, out, told):
 )
 def test_memory_does_not_grow_with_the_steps_of_a_live_run(tmp_path, monkeypatch, run):
     monkeypatch.setattr(images, "LiveFrames", Coming)
-    monkeypatch.setattr(emitters, "checked", lambda *_: ())  # beside it, and not kept
+    monkeypatch.setattr("elusive.systems.bearings.live_checks.live_findings", lambda *_: ())  # beside it, and not kept
     held, times = [], 3 * PERIOD
 
     def told(live):
