@@ -152,10 +152,12 @@ def test_a_cell_agrees_over_few_trials(quick: Measured, expected: Expected) -> N
     check_cell(quick, expected)
 
 
+@pytest.mark.thorough
 def test_existence_of_single_frames_agrees_over_few_trials(quick: Measured) -> None:
     check_frames(quick)
 
 
+@pytest.mark.thorough
 def test_what_the_table_is_for_shows_on_the_same_recordings(quick: Measured) -> None:
     """Trial i has the same frames for each filter: their order is plainer than their values."""
     at = quick.cells

@@ -141,6 +141,7 @@ def test_the_thesiss_numbers_are_as_printed() -> None:
         assert {value for value, _ in experiment.thesis} == {f"{value:g}" for value in experiment.values}
 
 
+@pytest.mark.validate
 def test_the_command_shows_each_point_and_refuses_unknown_tables(
     table4_6: tuple[Path, Reproduced],
     tmp_path: Path,
