@@ -224,7 +224,7 @@ def test_where_two_real_cells_overlap() -> None:
         np.testing.assert_allclose(water.probability(here), water_probability(coast, here, area), atol=1e-7)
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_port_fourchon() -> None:
     check(port_fourchon(), 60)
 

@@ -146,7 +146,7 @@ def basis(t):
     return np.array([(1 - t) ** 3, 3 * t**3 - 6 * t**2 + 4, 1 + 3 * t + 3 * t**2 - 3 * t**3, t**3]) / 6
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_a_real_cell_at_100_000_points() -> None:
     check(cell(CELLS[0]))
 

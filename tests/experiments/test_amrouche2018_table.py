@@ -146,18 +146,18 @@ def check_frames(measured: Measured) -> None:
         assert_agrees(float(values.mean()), error, len(values), printed, 0.005)
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 @pytest.mark.parametrize("expected", QUICK, ids=label)
 def test_a_cell_agrees_over_few_trials(quick: Measured, expected: Expected) -> None:
     check_cell(quick, expected)
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_existence_of_single_frames_agrees_over_few_trials(quick: Measured) -> None:
     check_frames(quick)
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_what_the_table_is_for_shows_on_the_same_recordings(quick: Measured) -> None:
     """Trial i has the same frames for each filter: their order is plainer than their values."""
     at = quick.cells

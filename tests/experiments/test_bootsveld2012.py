@@ -225,7 +225,7 @@ def assert_phases(runs: int) -> None:
         assert excess.mean() > 2 * excess.std(ddof=1) / np.sqrt(runs), second
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_the_four_phases_over_few_runs() -> None:
     assert_phases(12)
     rows = phases(trial_b(RANGE_M), runs_of_trial_b(12, RANGE_M))

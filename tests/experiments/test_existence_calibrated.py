@@ -65,7 +65,7 @@ def check(curve: Calibration, widest: float) -> None:
         assert low <= predicted <= high, f"said {predicted:.3f}, true in {observed:.3f} ({low:.3f} to {high:.3f})"
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_existence_is_calibrated_in_every_bin() -> None:
     check(calibration("bernoulli", 150, 2000), widest=0.08)
 

@@ -193,7 +193,7 @@ def test_bad_frames_are_refused():
         model.step(state, RssFrame(40.0, np.full((20, 3), np.inf)))
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_a_real_network_is_calm_while_empty_and_busy_with_somebody_inside():
     log = DATA / "basement_listenx_out_1.txt"
     if not log.is_file():

@@ -69,7 +69,7 @@ def test_batch_is_exact_and_honest():
     assert rms(off[between]) < 3.5
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_two_seconds_of_lag_are_as_good_where_two_cameras_see_it():
     _, sets, _, _, cameras = recording()
     off, inside = errors(FixedLagSmoother(**settings(), lag_s=2.0).track(sets))

@@ -80,7 +80,7 @@ def again(frames: np.ndarray) -> tuple[bool, float]:
     return found.holds, found.seen
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 def test_a_recording_that_is_not_followed_is_named():
     """The camera jerks after a target that fills its part of the clouds: cropped it is followed in a quarter."""
     frames = recorded("easy4").frames

@@ -253,7 +253,7 @@ def followed(sequence: infrared.Sequence) -> tuple[float, set[int | None]]:
     return float(np.mean(near[10:])), confirmed
 
 
-@pytest.mark.thorough
+@pytest.mark.validate
 @needs_recordings
 def test_recorded_infrared() -> None:
     """With settings from the model alone the target is found, and nothing else becomes a confirmed track."""
