@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import gc
 import os
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from PIL import Image
 from elusive.report import plots
 
 SETTLE, SAVEFIG = plots.settle, Figure.savefig
+LOCKS = Path(__file__).parent / "__pycache__" / "locks"  # of this checkout: another has caches of its own
+RUN = os.environ.get("PYTEST_XDIST_TESTRUNUID")  # one for all processes of a run
 COMPOSED = {"cli", "systems"}  # rooms of many short runs, of whose time painting takes more than half
 PAINTED = {"test_chart", "test_many", "test_report", "test_scenes", "test_several", "test_simulate"}  # they look
 
@@ -32,20 +35,40 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-def compiled_once(kernel: Dispatcher, signature: Any, compile_: Any = Dispatcher.compile) -> Any:
-    """Compile a kernel while no other process does: one of them compiles, the others take it over from the cache."""
+@contextmanager
+def held(name: str) -> Iterator[Any]:
+    """Let no other process of this checkout be where this one is; gives a file that they share."""
     import fcntl
 
-    locks = Path(__file__).parent / "__pycache__" / "kernels"  # of this checkout: another has caches of its own
-    locks.mkdir(parents=True, exist_ok=True)
+    LOCKS.mkdir(parents=True, exist_ok=True)
+    with open(LOCKS / name, "a+") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield file
+
+
+def compiled_once(kernel: Dispatcher, signature: Any, compile_: Any = Dispatcher.compile) -> Any:
+    """Compile a kernel while no other process does: one of them compiles, the others take it over from the cache."""
     # its own lock first: a thread that waited for it with a file held would be waited for
-    with global_compiler_lock, open(locks / f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}", "w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
+    with global_compiler_lock, held(f"{kernel.py_func.__module__}.{kernel.py_func.__qualname__}"):
         return compile_(kernel, signature)
+
+
+def collected_once() -> Generator[None, Any, Any]:
+    """Collect while no other process of the run does, if none has: the others find modules that are compiled."""
+    with held("collected") as file:
+        file.seek(0)
+        if file.read() != RUN:
+            collected = yield
+            file.truncate(0)
+            file.write(str(RUN))
+            return collected
+    return (yield)
 
 
 if os.name != "nt":  # which has no such locks
     Dispatcher.compile = compiled_once
+    if RUN:
+        pytest_collection = pytest.hookimpl(wrapper=True)(collected_once)
 
 
 def blank(figure: Figure, path: Any, **_: Any) -> None:
