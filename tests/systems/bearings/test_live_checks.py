@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from elusive.checks import grave
+from elusive.errors import DataError
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.live_checks import LiveChecks
 from elusive.systems.bearings.parameters import BearingTracking
@@ -29,3 +31,19 @@ def test_tracks_are_candidates_until_a_check_holds(right):
             said += checks.said()
     assert status == ["candidate"] * (CHECKED - 1) + ["confirmed" if right else "candidate"] * (TIMES - CHECKED + 1)
     assert any("anticlockwise from east" in one for one in said) != right
+
+
+@pytest.mark.parametrize("error", [DataError("no place is sure."), np.linalg.LinAlgError("singular")])
+def test_a_run_survives_a_check_that_fails_and_is_not_sure(error, monkeypatch):
+    def fails(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("elusive.systems.bearings.live_checks.track_findings", fails)
+    memory, checks, said, status = Memory(), LiveChecks(SITES), list[str](), list[str]()
+    with checks.checking():
+        for step in track(flown(3)[:TIMES], TRACKING, SITES, live=True, memory=memory):
+            status.append(checks.told(step, memory.held[-1]).tracks[0].status)
+            said += checks.said()
+    assert status == ["candidate"] * TIMES
+    assert sum(str(error) in one for one in said) == 1
+    assert grave(checks.judged(memory.held[-1]))

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from copy import copy
 
+import numpy as np
+
 from elusive.checks import Finding, broken, grave
+from elusive.errors import ElusiveError
 from elusive.sensors.bearing_sets import SensorSites
 from elusive.systems.bearings.checks import estimate_findings, track_findings
 from elusive.systems.bearings.choices import Cruise, GraphFilter, Interacting, SeveralEmitters
@@ -24,6 +28,8 @@ from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.several_checks import several_fault, several_findings
 from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
+
+UNCHECKED = "Keep what comes in a file, and track that: it is checked as a whole."
 
 
 class LiveChecks:
@@ -83,8 +89,17 @@ class LiveChecks:
 def live_findings(fit: LiveFit, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:
     """Check one emitter's bearings as of a recording, and what its filter makes of them; or several emitters' tracks.
 
-    What a filter has learnt by the way hides what is wrong with a sensor.
+    What cannot be checked is a finding too: tracks are followed on, and not told as sure.
     """
+    try:
+        return _findings(fit, sites, steps)
+    except (ElusiveError, np.linalg.LinAlgError) as error:
+        sentence = f"What was heard could not be checked: {error}"
+        return (Finding("bearings.unchecked", False, math.nan, math.nan, sentence, UNCHECKED),)
+
+
+def _findings(fit: LiveFit, sites: SensorSites, steps: Iterable[Step]) -> tuple[Finding, ...]:
+    """Check as :func:`live_findings` does; what a filter has learnt by the way hides what is wrong with a sensor."""
     known, given = list(steps), fit.given
     if not isinstance(fit, OneFit):
         righted = [step._replace(measurement=fit.norths.righted(step.measurement)) for step in known]
