@@ -36,7 +36,7 @@ def save_folder(folder, frames, suffix=".png"):
 def test_missing_path_and_glob(tmp_path):
     refused(r"gone\.npy: there is no such file", tmp_path / "gone.npy")
     refused(r"matches no file", f"{tmp_path}/*.png")
-    refused(r"cannot be opened \(File name too long\)", "x" * 5000)
+    refused(r"cannot be opened \(File name too long\)|there is no such file", "x" * 5000)  # Python 3.11, 3.14
 
 
 def test_empty_folder(tmp_path):
