@@ -4,7 +4,9 @@ Local false-discovery rate (Efron, 2004, J. Am. Stat. Assoc. 99, 96-104): of a r
 of the scene, so that what they reach is the null distribution, whatever the noise is. Above a level that is a
 generalised Pareto law (Pickands, 1975) and, of a share that is not known, what moves (the two groups of Efron, 2008,
 Stat. Sci. 23, 1-22); laws and shares count by their likelihood, so that several targets do not hide each other. Two
-pieces of evidence are joined as in Fisher (1932).
+pieces of evidence are joined as in Fisher (1932), as far as they are independent: where what wanders is what stands out
+in most frames, as parts of clouds do, ranks of the one among those over the level of the other are the power of uniform
+ones that their median tells (Lehmann, 1953, Ann. Math. Stat. 24, 23-43).
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ SHAPES = np.array([0.0, 0.2, 0.4, 0.6, 0.9, 1.2, 1.5])  # of the exponents that 
 MEDIANS = 0.25 * 2 ** (0.5 * np.arange(19))  # of the excesses that are tried [nats]
 SHARES = np.array([0.0, 0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.65])  # of what is over the level, that are tried to move
 NEGLIGIBLE = 1e-3  # probability of a law and a share below which they are left out
+TOP, LEAST_TOP = 0.1, 10  # share of the tracks, and of them, whose evidence a frame has an exponential tail
 
 
 class _Laws(NamedTuple):
@@ -54,6 +57,9 @@ class EmpiricalNull(Model):
     )
     supposed: Positive = Field(3.5, description="Median excess over the level that is supposed beforehand [nats]")
     supposed_tracks: int = Field(3, ge=0, description="How many tracks that supposition counts for")
+    independent: NonNegative = Field(
+        20.0, description="Tracks over the level that count as if moving and evidence a frame were independent"
+    )
     supposed_share: Probability = Field(
         0.15, description="Share over the level of the tracks that a clean recording lacks"
     )
@@ -94,11 +100,26 @@ class EmpiricalNull(Model):
         weight, shape, width, resting = self._tails(excess, missing)
         over = (resting + missing + 1) / (count + 1)
         beyond = (1 + shape * (moved[some] - self.level) / width) ** (-1 / shape)
-        by_rate = (own - np.searchsorted(np.sort(null_rate), rate[some], "left") + 1) / (count + 1)
-        joint = over * beyond * by_rate
+        ranked = np.sort(null_rate)
+        together = self._together(ranked, null_rate[null_moved > self.level])
+        joint = over * beyond * _rarer(ranked, rate[some], count) ** together
         expected = (count + 1) * joint * (1 - np.log(joint))
         found[some] = weight @ (1 - np.minimum(1.0, expected))
         return found
+
+    def _together(self, ranked: Array, over: Array) -> float:
+        """Power that makes shares of a rate of all tracks those of tracks over the level, from 0 to 1: independent.
+
+        Parameters
+        ----------
+        ranked, over
+            ``(N,)`` evidence a frame of all tracks, in order, and ``(k,)`` of those over the level.
+        """
+        if not len(over):
+            return 1.0
+        share = (len(ranked) - np.searchsorted(ranked, over, "left")) / (len(ranked) + 1)
+        steeper = float(np.median(-np.log(share))) / math.log(2)
+        return min(1.0, (len(over) + self.independent) / (len(over) * steeper + self.independent))
 
     def _tails(self, excess: Array, missing: int) -> tuple[Array, Array, Array, Array]:
         """Laws and shares that may be, by the excesses over the level and how many of them are missing.
@@ -118,6 +139,27 @@ class EmpiricalNull(Model):
         weight = weight[share, law]
         resting = laws.rests[share, law] @ counts
         return weight / weight.sum(), laws.shape[law, None], laws.width[law, None], resting[:, None]
+
+
+def _rarer(ranked: Array, rate: Array, count: int) -> Array:
+    """Share of tracks with as much evidence a frame, ``(n,)``; of the most, along an exponential tail.
+
+    Parameters
+    ----------
+    ranked
+        ``(N,)`` that of all tracks, in order.
+    count
+        Tracks that these stand for, N or more.
+    """
+    share: Array = (len(ranked) - np.searchsorted(ranked, rate, "left") + 1) / (count + 1)
+    top = max(int(TOP * len(ranked)), LEAST_TOP)
+    if len(ranked) <= top:
+        return share
+    first = ranked[-top - 1]
+    width = float(np.mean(ranked[-top:] - first))
+    if not width > 0:
+        return share
+    return np.where(rate > first, (top + 1) / (count + 1) * np.exp(np.minimum(first - rate, 0.0) / width), share)
 
 
 def _width(shape: Array, median: Array) -> Array:
