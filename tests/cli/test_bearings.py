@@ -21,6 +21,7 @@ from tests.filters.gaussian.test_range_bank import past
 from tests.json_lines import json_lines
 from tests.longer import longer
 
+TOLD = ("--q", "1", "--bias-sd-deg", "0.1")  # not sought, which takes most of a run
 WRITTEN = {
     "checks.json",
     "config.yaml",
@@ -94,7 +95,7 @@ def test_the_same_numbers_again_from_the_config(flight, tmp_path, capsys):
 
 def test_live_from_standard_input_is_the_recording(flight, tmp_path, capsys, monkeypatch):
     whole, live = tmp_path / "whole", tmp_path / "live"
-    told = ("--filter", "iekf", "--q", "1", "--bias-sd-deg", "0.1")  # live nothing persists that is not told
+    told = ("--filter", "iekf", *TOLD)  # live nothing persists that is not told
     assert run(capsys, *usual(flight, *told, "--out", whole))[0] == 0
     text = (flight / "bearings.csv").read_bytes()
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(text)))
@@ -141,7 +142,7 @@ class Interrupting(io.BytesIO):
 def test_interrupted_while_it_follows_it_leaves_whole_files(flight, tmp_path, capsys, monkeypatch):
     out = tmp_path / "live"
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Interrupting((flight / "bearings.csv").read_bytes())))
-    code, said = run(capsys, "-", *usual(flight, "--filter", "iekf", "--follow", "--out", out)[1:])
+    code, said = run(capsys, "-", *usual(flight, "--filter", "iekf", *TOLD, "--follow", "--out", out)[1:])
     assert code == 0, said
     assert "Interrupted." in said
     # the last time is whole once the lines end, which the signal may come before or after
@@ -182,8 +183,8 @@ def test_spoilt_bearings_are_one_sentence(flight, tmp_path, capsys, name):
 def test_live_a_spoilt_line_is_left_out_and_a_spoilt_table_refused(flight, tmp_path, capsys, name):
     change, sentence = SPOILT[name]
     file, out = changed(flight, tmp_path, change), tmp_path / "out"
-    live = ("--follow", "--idle-s", "0", "--filter", "iekf")
-    code, said = run(capsys, file, "--sensors", flight / "sensors.csv", "--out", out, *live)
+    live = ("--follow", "--idle-s", "0", "--filter", "iekf", *TOLD)
+    code, said = run(capsys, file, *usual(flight, *live, "--out", out)[1:])
     late = "A measurement of 3 s comes after 19.5 s. It is left out."
     assert (late if name == "back in time" else sentence) in said
     whole = name in ("missing column", "empty", "no bearing", "text")
@@ -362,9 +363,9 @@ def test_labelled_emitters_are_tracked_each_by_itself(flight, tmp_path, capsys):
     both = [f"{line},{name}" for line in lines for name in ("fox", "hare")]
     file.write_text("\n".join(["time_s,sensor,azimuth_deg,emitter", *both]) + "\n")
     alone, out = tmp_path / "alone", tmp_path / "out"
-    assert run(capsys, *usual(flight, "--filter", "iekf", "--out", alone))[0] == 0
+    assert run(capsys, *usual(flight, "--filter", "iekf", *TOLD, "--out", alone))[0] == 0
     known = ("--sensors", flight / "sensors.csv", "--sigma-deg", "0.5")
-    code, said = run(capsys, file, *known, "--filter", "iekf", "--out", out)
+    code, said = run(capsys, file, *known, "--filter", "iekf", *TOLD, "--out", out)
     assert code == 0, said
     assert "2 emitters found" in said
     assert "Fox" in said
@@ -416,7 +417,7 @@ def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys)
 
 
 def test_times_may_be_dates(flight, tmp_path, capsys):
-    quick = ("--filter", "iekf", "--q", "1", "--bias-sd-deg", "0.1")  # told, not sought
+    quick = ("--filter", "iekf", *TOLD)
     header, *rows = (flight / "bearings.csv").read_text().splitlines()
     begun = datetime(2026, 5, 1, 12, tzinfo=UTC)
     dated = [((begun + timedelta(seconds=float(t))).isoformat(), rest) for t, rest in (r.split(",", 1) for r in rows)]

@@ -41,7 +41,7 @@ def recorded(folder, count):
 def words(flights, out, *more):
     pattern = str(flights / "heard" / "*.csv")
     return ["track", "bearings", pattern, "--sensors", str(flights / "sensors.csv"), "--sigma-deg", "0.5",
-            "--out", str(out), *more]  # fmt: skip
+            "--q", "1", "--bias-sd-deg", "0.1", "--out", str(out), *more]  # told, not sought  # fmt: skip
 
 
 def track(*arguments):

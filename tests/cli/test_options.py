@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 from collections.abc import Iterator
+from functools import cache
 from importlib import import_module
 from typing import Annotated, Any, Literal, get_args, get_origin
 
@@ -356,15 +357,18 @@ def test_help_shows_the_default_that_acts(place: str) -> None:
     model: type[Model] = getattr(import_module(f"elusive.{module}"), name)
     options = options_of(model)
     choosers = {option.path[:-1]: option for option in options if option.path[-1] == "kind"}
+
+    @cache  # of many options
+    def chosen(union: tuple[str, ...], kind: str) -> Model:
+        return model(**nested(model, {choosers[union].name: kind}, {}))
+
     seen = 0
     for option in options:
         # as a user chooses: each kind of the innermost union alone
         unions = list(option.kinds)
         for kind in option.kinds[unions[-1]] if unions else [""]:
-            given = {choosers[unions[-1]].name: kind} if unions else {}
             try:
-                made = model(**nested(model, given, {}))
-                acts = at(made, option.path)
+                acts = at(chosen(unions[-1], kind) if unions else model(), option.path)
             except (ParameterError, AttributeError):
                 continue  # that kind needs more to stand there
             if acts is not None and not isinstance(acts, Model):

@@ -52,7 +52,11 @@ def test_every_kind_of_layer_is_painted(tmp_path: Path, kind: str) -> None:
     colour = "#e8590c" if kind == "image" else RED
     panel = draw.plane("Where?", (0, 10, 0, 10), LAYERS[kind])
     assert share(tmp_path / "a.png", panel, colour) > 2e-4
-    assert share(tmp_path / "b.png", draw.plane("Where?", (0, 10, 0, 10), []), colour) == 0.0
+
+
+@pytest.mark.parametrize("colour", ["#e8590c", RED])
+def test_nothing_else_is_painted_in_its_colour(tmp_path: Path, colour: str) -> None:
+    assert share(tmp_path / "a.png", draw.plane("Where?", (0, 10, 0, 10), []), colour) == 0.0
 
 
 def test_the_same_drawing_is_the_same_figure_each_time(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ def frame_of(sensor, seed=1, masked=()):
     return frame
 
 
-@pytest.mark.parametrize("p", [0, 3, 4])
+@pytest.mark.parametrize("p", [0, 2, 3])  # for each of which the kernel is compiled: most are others' too
 @pytest.mark.parametrize("masked", [(), (np.nan,), (np.inf, np.nan, -np.inf)], ids=["whole", "nan", "inf"])
 def test_gaussian_ratio_equals_its_twin(p, masked):
     sensor = ImageSensor(truncation=p, **ODD)
@@ -52,7 +52,7 @@ def test_gaussian_ratio_equals_its_twin(p, masked):
     np.testing.assert_allclose(ratio[states[:, 0] < 1e50], quick, rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.parametrize(("psf", "p"), [(0.01, 3), (0.02, 3), (0.03, 4), (0.1, 15), (0.2, 15), (5.0, 15)])
+@pytest.mark.parametrize(("psf", "p"), [(0.01, 3), (0.02, 3), (0.03, 3), (0.1, 15), (0.2, 15), (5.0, 15)])
 def test_gaussian_ratio_equals_its_twin_for_very_sharp_and_wide_spreads(psf, p):
     sensor = ImageSensor(psf_sigma=psf, truncation=p, rows=40, columns=45)
     states = states_about(sensor)
@@ -225,7 +225,7 @@ def test_a_frame_of_another_shape_or_sign_is_refused():
 
 
 def test_other_number_types_and_layouts_of_frames_give_the_same():
-    sensor = ImageSensor(**ODD)
+    sensor = ImageSensor(truncation=2, **ODD)
     states, frame = states_about(sensor), np.round(frame_of(sensor) * 4)
     expected = sensor.log_likelihood(states, frame)
     for other in (frame.astype(np.float32), frame.astype(np.int16), np.asfortranarray(frame)):
@@ -234,7 +234,7 @@ def test_other_number_types_and_layouts_of_frames_give_the_same():
 
 
 def test_an_all_masked_frame_says_nothing():
-    sensor = ImageSensor(**ODD)
+    sensor = ImageSensor(truncation=2, **ODD)
     frame = np.full(sensor.shape, np.nan)
     for noise in ("gaussian", "rayleigh"):
         ratio = sensor.replace(noise=noise).log_likelihood(states_about(sensor), frame)

@@ -88,13 +88,13 @@ WRONG = {
         "targets.left-over",
     ),
     "too small a point spread": (
-        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=2.0),
-        (*WHITE, "--psf-sigma", 1),
+        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=1.4),
+        (*WHITE, "--psf-sigma", 0.7),
         "targets.spread",
     ),
     "too large a point spread": (
-        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=1.0),
-        (*WHITE, "--psf-sigma", 2),
+        lambda: simulated(size=64, snr_db=20.0, targets=3, psf_sigma=0.35),
+        (*WHITE, "--psf-sigma", 0.7),  # as all here: kernels are compiled for each width of a patch
         "targets.spread",
     ),
     "time last": (lambda: scene().transpose(1, 2, 0), ("--noise-sigma", 20), "frames.axes"),
