@@ -29,6 +29,15 @@ settings.load_profile("same")
 gc.disable()  # while thousands of tests are collected nothing is left behind
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Walk the workbench after the commands: by one process while others compute, and not by all at the end."""
+
+    def place(item: pytest.Item) -> str:
+        return room_of(item.path).replace("workbench", "cli, pages")
+
+    items.sort(key=place)
+
+
 def pytest_collection_finish() -> None:
     """What is there now stays: no collection need look through it again."""
     gc.freeze()
@@ -71,6 +80,11 @@ if os.name != "nt":  # which has no such locks
         pytest_collection = pytest.hookimpl(wrapper=True)(collected_once)
 
 
+def room_of(path: Path) -> str:
+    """Return the folder of tests that a file belongs to, or itself."""
+    return path.relative_to(Path(__file__).parent).parts[0]
+
+
 def blank(figure: Figure, path: Any, **_: Any) -> None:
     """Write a picture of the figure's size without painting what it holds."""
     width, height = (figure.get_size_inches() * figure.dpi).astype(int)
@@ -80,7 +94,7 @@ def blank(figure: Figure, path: Any, **_: Any) -> None:
 @pytest.fixture(scope="module", autouse=True)
 def composed(request: pytest.FixtureRequest) -> Iterator[None]:
     """Let pictures of runs be composed to the last line, and neither laid out nor painted."""
-    room = request.path.relative_to(Path(__file__).parent).parts[0]
+    room = room_of(request.path)
     with pytest.MonkeyPatch.context() as patch:
         if room in COMPOSED and request.path.stem not in PAINTED:
             patch.setattr(plots, "settle", lambda figure: None)
