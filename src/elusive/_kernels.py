@@ -6,12 +6,15 @@ first cache. Division by zero gives infinity (``error_model``): a test for it wo
 
 from __future__ import annotations
 
-import numpy as np
-from numba import njit
+from typing import Any
 
+import numpy as np
+
+from elusive._njit import njit
 from elusive.contracts import Array
 
 BLOCK = 256  # particles at a time
+FIRST: Any = np.int64(0)  # for a kernel to take; a plain integer would be a type of its own, and compiled for itself
 
 LOG2_E = 1.4426950408889634
 LN2_HIGH, LN2_LOW = 6.93145751953125e-1, 1.42860682030941723212e-6

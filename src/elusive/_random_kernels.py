@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import BLOCK
+from elusive._njit import njit
 from elusive.contracts import Array
 
 KEYS = 2.0**53  # keys that a uniform number can give

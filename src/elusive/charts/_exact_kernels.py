@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.charts._index_kernels import to_known
 from elusive.contracts import Array
 

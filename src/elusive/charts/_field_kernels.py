@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.charts._index_kernels import INNER, SHIFT, TILE
 from elusive.contracts import Array
 

@@ -6,10 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import copy_row
+from elusive._njit import njit
 from elusive.contracts import Array
 
 TILE = 8  # cells along a side of a tile

@@ -7,9 +7,9 @@ first cache.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import BLOCK, add_product
+from elusive._njit import njit
 from elusive._random_kernels import fill_normal
 from elusive.contracts import Array
 

@@ -8,9 +8,9 @@ Where it is ``fixed`` its own level is expected of it; ``beside`` are those of t
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 
 

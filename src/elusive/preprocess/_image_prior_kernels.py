@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 
 HALF = 0.5**0.5  # square root of the share that a voxel has of itself and its mirror image

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.preprocess._scale_kernels import FAST, Image
 
 BESIDE = np.array([(0, -1), (0, 1), (-1, 0), (1, 0)])

@@ -8,9 +8,10 @@ of many pixels are sorted side by side: by a network of comparisons that does no
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._kernels import FIRST
+from elusive._njit import njit
 from elusive.contracts import Array
 
 BLOCK = 256  # pixels at a time
@@ -63,7 +64,7 @@ def sample_shifted(frame: NDArray[np.floating], dx: float, dy: float) -> Array:
     out = np.empty(frame.shape)
     x, y = _split(dx), _split(dy)
     for row in range(len(frame)):
-        _sample_row(frame, row, x, y, 0, out[row])
+        _sample_row(frame, row, x, y, FIRST, out[row])
     return out
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from elusive._njit import njit
 from elusive.preprocess._scale_kernels import Image
 
 

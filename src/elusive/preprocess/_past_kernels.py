@@ -7,9 +7,9 @@ read once, between its pixels (Keys, 1981), and what was learnt moves along unch
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.preprocess._scale_kernels import BLOCK, FAST, Counts, Image, blend, spread_blocks
 
 PRIOR = 10.0  # frames that the neighbourhood's variance counts for beside a pixel's own

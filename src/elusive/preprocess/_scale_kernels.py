@@ -7,8 +7,9 @@ an image is taken to go on as at the edge. Row by row, so that the loops run in 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from elusive._njit import njit
 
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import copy_rows
+from elusive._njit import njit
 from elusive.contracts import Array
 from elusive.preprocess._scale_kernels import FAST, Counts, Image
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import BLOCK, copy_row, exponentiate, take_logarithms
+from elusive._njit import njit
 from elusive.contracts import Array
 
 Index = NDArray[np.int64]

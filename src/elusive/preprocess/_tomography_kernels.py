@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from elusive._njit import njit
 
 Singles = NDArray[np.float32]
 Integers = NDArray[np.int32]

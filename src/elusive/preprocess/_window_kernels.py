@@ -7,9 +7,9 @@ the end of one block and the start of the next; nothing is ever subtracted, so i
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 
 

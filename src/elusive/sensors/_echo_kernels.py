@@ -7,9 +7,9 @@ echo itself, where it is strongest: from its peak to half of its power.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 
 MOST = 40.0  # evidence and logarithm of a likelihood ratio up to which they are told apart

@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import BLOCK, add_product, copy_row, exponentiate
+from elusive._njit import njit
 from elusive.contracts import INTENSITY, Array, X, Y
 
 OUTSIDE = -100  # row or column of a state whose patch misses the frame: far enough for any patch

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.random import Generator
 
 from elusive._kernels import BLOCK, copy_row, exponentiate
+from elusive._njit import njit
 from elusive.contracts import VX, VY, Array, X, Y
 
 SIN, COS, RANGE, DOPPLER, DOPPLER_WEIGHT, LATER, LOG_SCALE = range(7)  # columns of a table of plots

@@ -7,9 +7,9 @@ evenly within each doubling of it, over the reach of the cloud, and read by cubi
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array, Flags
 
 Indices = NDArray[np.int64]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import exponentiate
+from elusive._njit import njit
 from elusive.contracts import Array
 
 GREATEST = 600.0  # logarithm up to which odds of an association are told apart

@@ -6,10 +6,10 @@ Orders are handed in: Numba would compile a sort anew for each kind of array, wh
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import copy_row, copy_rows
+from elusive._njit import njit
 from elusive.contracts import Array
 
 YOUNG, RESTS = 10, 0.01  # frames from which, and share of its energy up to which, a target may pass another by

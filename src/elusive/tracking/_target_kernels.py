@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 
 SEEN = 1e-6  # probability of a peak below which nothing is learnt of a target's looks

@@ -8,7 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from elusive._njit import njit
 
 ROUNDS = 20
 ENOUGH = 0.01  # of a step, under which a climb has ended

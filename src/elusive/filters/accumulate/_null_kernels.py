@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
+
+from elusive._njit import njit
 
 
 @njit(cache=True, nogil=True)

@@ -9,7 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit, uint64
+from numba import uint64
+
+from elusive._njit import njit
 
 TILE = 32768  # cells: three maps of a tile stay in a cache of 1 MB
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import copy_row
+from elusive._njit import njit
 from elusive.contracts import Array
 
 

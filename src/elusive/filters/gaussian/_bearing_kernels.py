@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
+from elusive._njit import njit
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian.transitions import Transitions
 from elusive.sensors.bearing_table import BearingTable

@@ -9,9 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import add_product, add_rows, copy_rows
+from elusive._njit import njit
 from elusive.contracts import Array
 
 

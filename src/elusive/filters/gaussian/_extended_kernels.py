@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from elusive._kernels import add_product, add_rows, copy_row, copy_rows
+from elusive._njit import njit
 from elusive.contracts import Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import FRONT, HEIGHT, bearing_rows, curvature, loss_of, move
 from elusive.filters.gaussian._block_kernels import backward, cholesky, forward, marginals

@@ -10,9 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from elusive._njit import njit
 from elusive.contracts import Array
 from elusive.filters.gaussian._extended_kernels import predict, update
 from elusive.filters.gaussian._map_kernels import Loss

@@ -8,9 +8,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import add_product, add_rows, copy_rows
+from elusive._njit import njit
 from elusive.contracts import Array
 from elusive.filters.gaussian._bearing_kernels import FRONT, bearing_rows, line_rows, loss_of, move
 from elusive.filters.gaussian._block_kernels import cholesky, factorise, inverse, solve

@@ -14,10 +14,10 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.extending import register_jitable
 
 from elusive._kernels import copy_row
+from elusive._njit import njit
 from elusive.contracts import VX, VY, Array, X, Y
 from elusive.filters.gaussian._bearing_kernels import HEIGHT, curvature, distance
 from elusive.filters.gaussian._block_kernels import marginals

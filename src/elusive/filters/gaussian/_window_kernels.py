@@ -6,8 +6,8 @@ Sibley, Matthies and Sukhatme (2010), J. Field Robotics 27(5), section 3: the Sc
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from elusive._njit import njit
 from elusive.contracts import Array
 from elusive.filters.gaussian._bearing_kernels import FRONT, bearing_rows, loss_of, move
 from elusive.filters.gaussian._block_kernels import backward, cholesky, forward, inverse

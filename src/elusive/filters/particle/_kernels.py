@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from elusive._kernels import BLOCK, exponentiate
+from elusive._kernels import BLOCK, FIRST, exponentiate
+from elusive._njit import njit
 from elusive.contracts import Array
 
 
@@ -103,7 +103,7 @@ def weigh(log_mass: Array) -> tuple[Array, float]:
 @njit(cache=True, nogil=True)
 def moments(states: Array, weights: Array) -> tuple[Array, Array]:
     """Mean ``(d,)`` and covariance ``(d, d)`` under weights that sum to one."""
-    return moments_between(states.T, weights, 0)
+    return moments_between(states.T, weights, FIRST)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})

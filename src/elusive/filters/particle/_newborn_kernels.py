@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import exponentiate
+from elusive._njit import njit
 from elusive._random_kernels import fill_normal, fill_uniform
 from elusive.contracts import Array, X, Y
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import exponentiate
+from elusive._njit import njit
 from elusive.contracts import Array
 from elusive.filters.particle._kernels import total_of, total_product
 

@@ -9,9 +9,9 @@ bandwidth is that of Silverman (1986), section 4.3, for the cloud's effective nu
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from elusive._kernels import BLOCK, add_product, copy_rows
+from elusive._njit import njit
 from elusive._random_kernels import fill_normal
 from elusive.contracts import Array, X, Y
 from elusive.filters.particle._kernels import gather, moments_between, total_of, total_product

@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 
+from elusive._njit import njit
 from elusive.contracts import Array, X, Y
 from elusive.filters.particle._kernels import moments, systematic, total_of, weigh
 from elusive.filters.particle._newborn_kernels import draw_cells, fill_newborns, uniform_cells
