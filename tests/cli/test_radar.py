@@ -126,7 +126,7 @@ def test_a_simulated_ship_is_found_where_it_was(elusive_in: Run, tmp_path: Path)
         assert next(csv.reader(file)) == [
             "time_s", "track", "status", "existence", "x_m", "y_m", "vx_mps", "vy_mps", "sd_x_m", "sd_y_m",
             "correlation_xy", "lon_deg", "lat_deg", "log_odds", "allowed", "map_left_out", "plot_on_water",
-            "at_anchor", "length_m", "sd_length_m", "breadth_m", "mmsi", "moves",
+            "at_anchor", "length_m", "sd_length_m", "breadth_m", "mmsi", "moves", "stands",
         ]  # fmt: skip
 
 

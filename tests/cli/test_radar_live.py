@@ -17,7 +17,10 @@ PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
 TOLD = ["--range-sd-m", "10", "--detection-probability", "0.9", "--false-alarms", "1"]  # live nothing is found
 LIMITS = [*TOLD, "--max-range-m", "5000", "--max-doppler-mps", "60", "--bearing-sd-mrad", "3", "--particles", "300"]
 TRACK = ["track", "radar", "plots.csv", "--knowledge", "none", *PLACE, *LIMITS]
-EVEN = "radar: {false_alarm_shares: [1.0], false_alarm_sectors: [1.0], false_alarm_patches: [], false_alarm_lives: []}"
+EVEN = """
+radar: {false_alarm_shares: [1.0], false_alarm_sectors: [1.0], false_alarm_patches: [], false_alarm_lives: [],
+  false_alarm_ground: []}
+"""
 LIVE = ["--follow", "--idle-s", "0.3"]
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from elusive.sensors import RadarSensor
 from elusive.sensors.radar_scans import OwnShip, RadarPlot, RadarScan, scan_of
-from elusive.systems.radar.ground import Fixed, GroundEchoes, ground_finding
+from elusive.systems.radar.ground import Fixed, ground_finding
+from elusive.systems.radar.ground_echoes import GroundEchoes
 from elusive.systems.radar.parameters import RadarTracking
 from tests.systems.radar.test_lives import shown
 
@@ -44,7 +45,7 @@ def ground_of(scans):
     fixed = Fixed.of(SENSOR, scans)
     for scan in scans:
         fixed.add(scan, SENSOR.places(scan)[0])
-    return np.array(fixed.ground(SENSOR)).reshape(-1, 6)
+    return np.array(fixed.standing(SENSOR)[0]).reshape(-1, 6)
 
 
 @pytest.mark.parametrize("headway_m", [200.0, 400.0])

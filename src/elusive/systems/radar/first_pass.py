@@ -22,7 +22,7 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
-from elusive.systems.radar.ground import Fixed
+from elusive.systems.radar.ground import Fixed, Ground
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
@@ -78,9 +78,8 @@ def fitted(
         _, tracker, laid = bind_all(asked.replace(particles=asked.fewer), seen, around, outline)
         return tracker, laid.water
 
-    if around.charted is None:
-        parameters, seen = grounded(parameters, seen, scans)
-        radar = parameters.radar
+    parameters, seen = grounded(parameters, seen, scans, charted=around.charted is not None)
+    radar = parameters.radar
     begin, seen = looked_at(bound, scans, parameters, seen, OPEN_SEA, SCANS)
     parameters = parameters.replace(extent="point") if undecided else parameters
     asked = partial(heard_by, bound, scans, sea=OPEN_SEA, way=seen.way[:, 1:], first=SCANS)
@@ -187,10 +186,11 @@ def heard_by(
 
 
 def grounded(
-    parameters: RadarTracking, seen: RadarSurvey, scans: Iterable[RadarScan]
+    parameters: RadarTracking, seen: RadarSurvey, scans: Iterable[RadarScan], *, charted: bool
 ) -> tuple[RadarTracking, RadarSurvey]:
-    """Find the ground in a recording without a chart, and what plots beside it show of the radar."""
-    if "false_alarm_ground" not in parameters.radar.unplaced:
+    """Find what stands in a recording, without a chart the ground in it, and what plots beside that show of a radar."""
+    asked = standing_asked(parameters.radar, charted=charted)
+    if not asked:
         return parameters, seen
     passed = seen.passed or tuple(islice(scans, PASSED))
     for _ in range(LOOKS):
@@ -198,7 +198,7 @@ def grounded(
         fixed = Fixed.of(sensor, passed)
         for scan in passed:
             fixed.add(scan, sensor.places(scan)[0])
-        parameters = parameters.replace(radar=parameters.radar.replace(false_alarm_ground=fixed.ground(sensor)))
+        parameters = parameters.replace(radar=parameters.radar.replace(**stood(fixed, sensor, asked)))
         if not parameters.radar.false_alarm_ground:
             break
         triples, bunched = Triples(), Bunches()
@@ -208,6 +208,21 @@ def grounded(
             bunched.add(rest, sensor.places(rest)[0], np.ones(rest.detections, dtype=bool))
         seen = seen._replace(errors=triples.fit() or seen.errors, bunched=bunched.share)
     return parameters, seen
+
+
+def standing_asked(radar: RecordedRadar, *, charted: bool) -> tuple[str, ...]:
+    """Return what is asked of places at which plots come all along, by name: a chart says itself where ground is."""
+    if "false_alarm_ground" not in radar.unplaced:
+        return ()
+    names = ("standing_echoes",) if charted else ("false_alarm_ground", "standing_echoes")
+    return tuple(name for name in names if getattr(radar, name) is None)
+
+
+def stood(fixed: Fixed, sensor: RadarSensor, asked: Sequence[str]) -> dict[str, Ground]:
+    """Return what is asked of these places, by name."""
+    rows, every = fixed.standing(sensor)
+    found = {"false_alarm_ground": rows, "standing_echoes": every}
+    return {name: found[name] for name in asked}
 
 
 def looked_at(

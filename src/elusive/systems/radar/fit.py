@@ -70,7 +70,7 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
     asked = RadarTracking()
     if water is None:  # the places of ground are the recording's alone, and not told
-        asked, seen = grounded(asked, seen, scans)
+        asked, seen = grounded(asked, seen, scans, charted=False)
     begin, seen = looked_at(bound, scans, asked, seen, HALF)
     assert seen.errors is not None
     (range_sd, bearing_sd), share = seen.errors.told, seen.errors.share_sd

@@ -13,22 +13,19 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
-from scipy.sparse import coo_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from elusive.checks import Finding
 from elusive.contracts import Array
 from elusive.sensors.radar import RadarSensor
-from elusive.sensors.radar_scans import TURN_RAD, RadarScan
-from elusive.systems.radar.land import log_at_rest
+from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.patches import ALL_ALONG, FIRST, ROUNDS, own_rates
-from elusive.tracking.fixed_echoes import FixedEcho, NewEchoes
 
 # of each place: east and north [m], how far plots spread there, xx, yy, xy [m^2], and how many a scan has
 Ground = tuple[tuple[float, float, float, float, float, float], ...]
@@ -39,13 +36,12 @@ BLOCK = 6  # cells of a block's side, of which eight round about tell how dense 
 SEEN, SELDOM = 4.0, 0.05  # plots of a cell, and their share of the scans, from which it can be ground
 HALF, LEAST = 0.5, 1e-6  # of the plots of a cell that are its own, and plots that come anywhere
 APART_M, BESIDE = 200.0, 2.0  # of places in a row, which is longer, by cells of an echo: two ships at anchor are none
-WIDER, PRIOR = 1 / 3, 2.0  # of a plot's error, about what was seen of a place; plots as if seen all over its cell
+PRIOR = 2.0  # plots as if seen all over its cell, about what was seen of a place
 ECHO = 1.5  # cells, within which plots are of one echo
 MOMENTS = 400  # of the way, at which is asked what was in view; latest scans, in which is asked what sails
 LOOKED, SAILS_MPS, FASTEST_MPS = 60, 4.0, 20.0  # scans that are compared with later ones; speeds of what sails in a row
 FINE, FEW = 3, 20  # bins of a velocity that can be told from rest; pairs of plots from which something is said
 BESIDE_AHEAD = 1.1  # pairs at rest to those of a velocity: convoys have .8 at most, shores and quays 1.5 at least
-REACH = 4.0  # deviations of a plot from a place, within which it can be of it
 
 
 class Fixed:
@@ -86,33 +82,57 @@ class Fixed:
             for k, more in enumerate((1.0, now, now * now, east, north, east * east, north * north, east * north)):
                 row[k] += more
 
-    def ground(self, sensor: RadarSensor) -> Ground:
-        """Return what is ground in a sensor's view."""
+    def standing(self, sensor: RadarSensor) -> tuple[Ground, Ground]:
+        """Return places in a sensor's view at which plots come all along, in rows that are long, and all of them."""
         cells = np.array([*self._cells]).reshape(-1, 2)
         table = np.array([*self._cells.values()]).reshape(-1, 8)
-        enough = table[:, 0] >= SEEN
-        if not enough.any():
-            return ()
-        counts, lasting = table[:, 0], np.zeros(len(table), dtype=bool)
-        law = np.maximum(_round_about(cells, counts), LEAST)
+        if not (table[:, 0] >= SEEN).any():
+            return (), ()
+        law = np.maximum(_round_about(cells, table[:, 0]), LEAST)
+        alone = self._all_along(table, law, sensor)
+        # far away an echo is seen in several cells
+        together = self._beside(table, sensor)
+        stands = alone | self._all_along(together @ table, together @ law, sensor)
+        return self._places(table, alone, sensor, long=True), self._places(table, stands, sensor, long=False)
+
+    def _beside(self, table: Array, sensor: RadarSensor) -> csr_array:
+        """Which cells lie within the error of a plot at each, ``(n, n)``."""
+        places = table[:, 3:5] / table[:, :1]
+        far = np.hypot(*(places - np.mean(self._way, axis=0)).T)
+        reach = np.hypot(sensor.range_sd_m, sensor.bearing_sd_rad * far).clip(max=MOST_M)
+        near = cKDTree(places).query_ball_point(places, reach)
+        each = [len(its) for its in near]
+        where = np.concatenate(near).astype(np.int64), np.concatenate([[0], np.cumsum(each)])
+        return csr_array((np.ones(sum(each)), *where), shape=(len(table),) * 2)
+
+    def _all_along(self, table: Array, law: Array, sensor: RadarSensor) -> NDArray[np.bool_]:
+        """In which cells plots come all along, more than a law tells, ``(n,)``."""
+        counts, lasting, found = table[:, 0], np.zeros(len(table), dtype=bool), np.zeros(len(table), dtype=bool)
+        enough = counts >= SEEN
         number, sums, squares = table[enough, :3].T
-        places, square = table[enough, 3:5] / number[:, None], table[enough, 5:] / number[:, None]
-        scans, wide = _in_view(places, np.array(self._way), sensor)
+        scans, wide = _in_view(table[enough, 3:5] / number[:, None], np.array(self._way), sensor)
         lasting[enough] = squares / number - (sums / number) ** 2 > ALL_ALONG * wide
         share, mean = FIRST, 0.0
         for _ in range(ROUNDS):
             own, share, mean = own_rates(counts, law, lasting, share, mean)
-        rate = own[enough] / np.maximum(scans, 1.0)
-        found = np.flatnonzero((own[enough] > HALF * number) & (rate > SELDOM))
-        row = _rows(places[found], self._cell_m)
-        rest = [one for one in np.unique(row[row >= 0]) if self._rests(places[found], row == one)]
-        found = found[np.isin(row, rest)]
-        if not len(found):
+        found[enough] = (own[enough] > HALF * number) & (own[enough] > SELDOM * scans)
+        return found
+
+    def _places(self, table: Array, found: NDArray[np.bool_], sensor: RadarSensor, *, long: bool) -> Ground:
+        """Return the places of cells, perhaps those in long rows alone, without rows of what sails."""
+        number = table[found, 0]
+        places, square = table[found, 3:5] / number[:, None], table[found, 5:] / number[:, None]
+        row, is_long = _rows(places, self._cell_m)
+        rest = [one for one, far in enumerate(is_long) if (self._rests(places, row == one) if far else not long)]
+        keep = np.isin(row, rest)
+        if not keep.any():
             return ()
-        places, number, square = places[found], number[found], square[found] - _squares(places[found])
+        number, places = number[keep], places[keep]
+        square = square[keep] - _squares(places)
+        rate = number / np.maximum(_in_view(places, np.array(self._way), sensor)[0], 1.0)
         near = cKDTree(places).query_ball_point(places, ECHO * self._cell_m)
-        together = np.array([rate[found][its].sum() for its in near])
-        often = rate[found] / np.minimum(together, 1.0)  # an echo that comes and goes has a plot while it is there
+        # an echo that comes and goes has a plot while it is there
+        often = rate / np.minimum([rate[its].sum() for its in near], 1.0)
         square[:, :2] += PRIOR / number[:, None] * self._cell_m**2 / 12
         square *= (number / (number + PRIOR))[:, None]
         return tuple(map(tuple, np.column_stack([places, square, often]).tolist()))
@@ -170,56 +190,15 @@ def _in_view(places: Array, way: Array, sensor: RadarSensor) -> tuple[Array, Arr
     return seen.mean(axis=1) * len(way), seen @ when.astype(float) ** 2 / share - mean**2
 
 
-def _rows(places: Array, cell_m: float) -> NDArray[np.int64]:
-    """Of which row that is long each of places ``(n, 2)`` is; -1: of none."""
+def _rows(places: Array, cell_m: float) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Of which row each of places ``(n, 2)`` is, and which rows are long."""
     n = len(places)
     if not n:
-        return np.zeros(0, dtype=np.int64)
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
     pairs = cKDTree(places).query_pairs(APART_M, output_type="ndarray")
     _, row = connected_components(coo_array((np.ones(len(pairs)), tuple(pairs.T)), shape=(n, n)), directed=False)
     long = [math.hypot(*np.ptp(places[row == one], axis=0)) > APART_M + BESIDE * cell_m for one in range(row.max() + 1)]
-    return np.where(np.array(long)[row], row, -1).astype(np.int64)
-
-
-class GroundEchoes(NamedTuple):
-    """Plots of ground, as :class:`~elusive.tracking.fixed_echoes.Backdrop`: each comes once, and none is new."""
-
-    sensor: RadarSensor
-    places: Array  # (n, 2) [m]
-    spread: Array  # (n, 2, 2) of plots there [m^2]
-    number: Array  # (n,) a scan
-    tree: cKDTree
-
-    @classmethod
-    def of(cls, sensor: RadarSensor, ground: Ground) -> GroundEchoes:
-        """Return those of a ground of at least one place."""
-        table = np.array(ground)
-        spread = table[:, [2, 4, 4, 3]].reshape(-1, 2, 2)
-        return cls(sensor, table[:, :2], spread, table[:, 5], cKDTree(table[:, :2]))
-
-    def log_scattered(self, scan: RadarScan) -> Array:
-        """Log density of plots of ground, where each is, ``(m,)`` [1 / (m rad)], and of their Doppler."""
-        places, errors = self.sensor.places(scan)
-        found = np.zeros(len(places))
-        reach = REACH * np.sqrt(np.trace(errors, axis1=1, axis2=2) + np.trace(self.spread, axis1=1, axis2=2).max())
-        for k, near in enumerate(self.tree.query_ball_point(places, reach) if len(places) else ()):
-            off, spread = self.places[near] - places[k], self.spread[near] + WIDER * errors[k]
-            squared = np.einsum("ni,nij,nj->n", off, np.linalg.inv(spread), off)
-            found[k] = (self.number[near] / np.sqrt(np.linalg.det(spread))) @ np.exp(-0.5 * squared)
-        with np.errstate(divide="ignore"):
-            return np.log(found * scan.range_m / TURN_RAD) + log_at_rest(self.sensor, scan)
-
-    def new(self, scan: RadarScan) -> NewEchoes:
-        """Say that no plot begins an echo."""
-        return NewEchoes(np.full(scan.detections, -np.inf), *self.sensor.places(scan))
-
-    def log_densities(self, echoes: Sequence[FixedEcho], scan: RadarScan) -> Array:
-        """Return those of no echoes, ``(0, m)``."""
-        return np.zeros((len(echoes), scan.detections))
-
-    def theirs(self, scan: RadarScan) -> NDArray[np.bool_]:
-        """Which plots are rather of ground than other false alarms, ``(m,)``."""
-        return np.asarray(self.log_scattered(scan) > self.sensor.log_clutter(scan))
+    return row.astype(np.int64), np.array(long)
 
 
 def ground_finding(ground: Ground) -> Finding:

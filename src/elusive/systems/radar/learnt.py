@@ -13,7 +13,7 @@ from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.counted import Counts
-from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread
+from elusive.systems.radar.first_pass import FEWEST, TRIALS, fitted, possible, spread, standing_asked, stood
 from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
@@ -52,8 +52,8 @@ class Learnt:
     ) -> None:
         self.told = asked.radar
         self.parameters, self.seen = fitted(asked, first, seen, around, outline)
-        uncharted = around.charted is None and "false_alarm_ground" in asked.radar.unplaced
-        self._ground = Fixed.of(asked.radar.bind(self.seen), first) if uncharted else None
+        self._asked = standing_asked(asked.radar, charted=around.charted is not None)
+        self._fixed = Fixed.of(asked.radar.bind(self.seen), first) if self._asked else None
         self.counts = Counts(memory_scans=MEMORY)
         self._errors: Triples | None = Triples()
         self._scans, self._first, self._fit_at = 0, len(first), len(first)
@@ -61,8 +61,8 @@ class Learnt:
     def add(self, step: Step, sensor: RadarSensor, water: Water | None) -> bool:
         """Take a step in; return whether what is known of the radar has changed."""
         self._scans += 1
-        if self._ground is not None:
-            self._ground.add(step.measurement, sensor.places(step.measurement)[0])
+        if self._fixed is not None:
+            self._fixed.add(step.measurement, sensor.places(step.measurement)[0])
         rest = self.counts.add(step, sensor, water, self.parameters.radar)
         if not (self.told.untold or self.told.unplaced):
             return False
@@ -83,8 +83,8 @@ class Learnt:
         if self.told.false_alarms is None:
             found["false_alarms"] = max(heard.alarms.false, FEWEST)
         found |= spread(self.told, heard)
-        if self._ground is not None:
-            found["false_alarm_ground"] = self._ground.ground(sensor)
+        if self._fixed is not None:
+            found |= stood(self._fixed, sensor, self._asked)
         if self.told.detection_probability is None and heard.trials >= TRIALS:
             found["detection_probability"] = possible(heard.detected)
         self.parameters = self.parameters.replace(radar=self.parameters.radar.replace(**found))

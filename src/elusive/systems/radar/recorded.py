@@ -12,7 +12,8 @@ from elusive.model import FROM_RECORDING, NonNegative, Positive, Probability
 from elusive.sensors.alarm_patches import Patch
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.range_bands import BANDS
-from elusive.systems.radar.ground import Ground, GroundEchoes
+from elusive.systems.radar.ground import Ground
+from elusive.systems.radar.ground_echoes import GroundEchoes
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.wakes import START, Wakes
 
@@ -90,6 +91,12 @@ class RecordedRadar(RadarSensor):
         "nothing; none: as a first pass shows",
         json_schema_extra=FROM_RECORDING,
     )
+    standing_echoes: Ground | None = Field(
+        None,
+        description="Places at which plots come all along, as those of ground: what lies there is as likely land or a "
+        "buoy as a ship; none: as a first look shows, where ground is not told either",
+        json_schema_extra=FROM_RECORDING,
+    )
     max_range_m: Positive | None = Field(None, description="Greatest range in view [m]")
     max_doppler_mps: Positive | None = Field(
         None, description="Greatest range rate told apart, either sign: beyond it Doppler folds [m/s]"
@@ -131,6 +138,10 @@ class RecordedRadar(RadarSensor):
     def ground(self, sensor: RadarSensor) -> GroundEchoes | None:
         """Return the ground that a sensor sees; None where there is none."""
         return GroundEchoes.of(sensor, self.false_alarm_ground) if self.false_alarm_ground else None
+
+    def standing(self, sensor: RadarSensor) -> GroundEchoes | None:
+        """Return what stands where a sensor sees it; None where nothing does."""
+        return GroundEchoes.of(sensor, self.standing_echoes) if self.standing_echoes else None
 
     def bind(self, seen: RadarSurvey) -> RadarSensor:
         """Return the sensor, with the errors and limits of a recording where none are given."""

@@ -26,7 +26,7 @@ from elusive.systems.radar.copies import Sightings, copies_finding
 from elusive.systems.radar.counted import Counts
 from elusive.systems.radar.ground import ground_finding
 from elusive.systems.radar.kept import ConstraintsKept
-from elusive.systems.radar.lives import lasting_finding
+from elusive.systems.radar.lives import SURE, lasting_finding
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.report import (
     RadarKeeper,
@@ -134,9 +134,11 @@ class RadarRun:
             for number, rows in confirmed.items()
             for sentence in remarks(paths[number], self._added(rows, "at_anchor"), self._added(rows, "plot_on_water"))
         ]
+        tracks = self._log.by_track()
+        stand = sum(float(self._added(rows, "stands").max()) > SURE for n, rows in tracks if n not in paths)
         tracked = RadarTracked(
             title=Path(source.name).name or source.name,
-            verdict=" ".join([verdict(list(paths.values())), *said]),
+            verdict=" ".join([verdict(list(paths.values()), stand), *said]),
             times_s=times_s,
             plots=self._keeper.plots,
             paths=list(paths.values()),
@@ -146,7 +148,7 @@ class RadarRun:
                 *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 *([] if self._ais is None else self._ais.rows()),
-                ("Candidates never confirmed", f"{len(self._log.by_track().numbers) - len(paths)}"),
+                ("Candidates never confirmed", f"{len(tracks.numbers) - len(paths)}, of which {stand} stand"),
                 *([] if scores is None else scores.lines()),
             ],
             header=header(clock, truth is not None, hulls=isinstance(self._sensor, HullRadar)),

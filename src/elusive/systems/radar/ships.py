@@ -35,6 +35,7 @@ ADDED = (
     "breadth_m",
     "mmsi",
     "moves",
+    "stands",
 )
 
 

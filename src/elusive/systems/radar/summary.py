@@ -96,8 +96,16 @@ def errors_of(path: RadarPath, truth: Truth) -> Array:
     return np.asarray(np.where(path.confirmed, truth.distance(path.times_s, path.places), np.nan))
 
 
-def verdict(paths: Sequence[RadarPath]) -> str:
-    """Say in a sentence what was found."""
+def verdict(paths: Sequence[RadarPath], stand: int = 0) -> str:
+    """Say what was found, beside so many candidates that stand."""
+    if not stand:
+        return _found(paths)
+    many = "1 candidate stands" if stand == 1 else f"{stand} candidates stand"
+    found = _found(paths) if paths else "No ship under way was found."
+    return f"{found} {many} where plots come all along: land, buoys or ships at rest."
+
+
+def _found(paths: Sequence[RadarPath]) -> str:
     if not paths:
         return "No ship was found: no plots followed each other as those of a ship do."
     if len(paths) > 1:

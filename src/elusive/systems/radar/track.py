@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elusive.contracts import interval_since
 from elusive.filters.particle.coast_error import learn_bias
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
@@ -19,6 +20,7 @@ from elusive.systems.radar.lives import Ages, aged, as_lived
 from elusive.systems.radar.moving import Ways, ways_after
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
+from elusive.systems.radar.standing import Stand, as_standing, stands_after
 from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -30,6 +32,7 @@ class RadarState(NamedTuple):
     belief: DetectionState
     ages: Ages  # how old confirmed tracks are
     ways: Mapping[int, Ways]  # in which tracks may move, each by its number
+    stands: Mapping[int, Stand]  # whether they are echoes that stand
 
 
 def track_radar(
@@ -73,9 +76,9 @@ def track_radar(
     memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state, rng, mode_rng = memory.held or (RadarState(tracker.init(rng), {}, {}), rng, mode_rng)
+    state, rng, mode_rng = memory.held or (RadarState(tracker.init(rng), {}, {}, {}), rng, mode_rng)
     for scan in scans:
-        before, ages, ways = state
+        before, ages, ways, stands = state
         before = before if ais is None else ais.before(scan, before, tracker, rng)
         belief = tracker.step(before, scan.time_s, scan, rng)
         ships = ships_of(before, belief)
@@ -89,10 +92,14 @@ def track_radar(
             tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or (), ways)
         if ais is not None:
             tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
-        step = Step(scan.time_s, scan, RadarState(belief, ages, ways), tracks)
+        if isinstance(tracker.sensor, RadarSensor):
+            interval_s = interval_since(before.time_s, scan.time_s)
+            stands = stands_after(stands, belief.targets, scan, interval_s, parameters.radar.standing(tracker.sensor))
+            tracks = as_standing(tracks, stands)
+        step = Step(scan.time_s, scan, RadarState(belief, ages, ways, stands), tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         belief = belief._replace(knowledge=learn_bias(belief.knowledge, moved, parameters.coast))
-        state = RadarState(belief, ages, ways)
+        state = RadarState(belief, ages, ways, stands)
         if learn is not None:
             tracker, parameters = learn(step)
         memory.keep(scan.time_s, state, rng, mode_rng)

@@ -1,0 +1,138 @@
+"""Land that no chart names: tracks that stand where plots come all along are no sure ships."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from elusive.sensors.radar_scans import RadarScan
+from elusive.systems.radar.ground import Fixed
+from elusive.systems.radar.ground_echoes import GroundEchoes
+from elusive.systems.radar.parameters import RadarTracking
+from elusive.systems.radar.standing import CHANCE, LATELY_S, OFTEN, Stand, as_standing, stands_after
+from elusive.tracking.detection_targets import Target
+from elusive.tracking.lifecycle import Life
+from elusive.tracking.track import Track
+from tests.systems.radar.test_ground import SENSOR, sailed
+from tests.systems.radar.test_lives import shown
+
+PLACE = ((1000.0, 0.0, 100.0, 100.0, 0.0, 0.6),)  # a plot in six of ten scans
+STILL = GroundEchoes.of(SENSOR, PLACE)
+
+
+def islets(rng, n=10):
+    """Groups of echoes 60 m across, far from each other, each echo seen in its own share of the scans."""
+    places = np.array([[-2500.0 + 500 * k, 1500.0 * (-1) ** k] for k in range(n)])
+    echoes = (places[:, None] + rng.uniform(-30, 30, (n, 4, 2))).reshape(-1, 2)
+    return echoes, rng.uniform(0.3, 0.9, len(echoes))
+
+
+def target(track, place, detection):
+    mean = np.array([place[0], 0.0, place[1], 0.0])
+    none = np.zeros((0, 4)), np.zeros(0)
+    return Target(
+        Life(track, "confirmed"), 0.99, *none, mean, np.eye(4), none[1], detection, 0.0, 1.0, False, 0.0
+    )  # fmt: skip
+
+
+def scan_at(places):
+    places = np.array(places).reshape(-1, 2)
+    far, bearing = np.hypot(*places.T), np.arctan2(*places.T)
+    return RadarScan(0.0, np.zeros(len(far)), far, bearing, np.full(len(far), np.nan))
+
+
+@pytest.mark.parametrize("moving", [True, False])
+def test_islets_stand_and_are_no_ground_and_ships_do_not(moving):
+    rng = np.random.default_rng(2)
+    echoes, often = islets(rng)
+    ships = [[-1500.0, 5.0, -500.0, 0.0], [1500.0, -1.5, 300.0, 0.0]]
+    scans, _ = sailed(rng, 60, echoes, often, ships, moving)
+    fixed = Fixed.of(SENSOR, scans)
+    for scan in scans:
+        fixed.add(scan, SENSOR.places(scan)[0])
+    ground, every = fixed.standing(SENSOR)
+    assert ground == ()
+    places = np.array(every)[:, :2]
+    off = np.hypot(*(echoes[:, None] - places).transpose(2, 0, 1))
+    assert (off.min(axis=1) < 40).mean() > 0.9
+    assert (off.min(axis=0) < 80).mean() > 0.95
+
+
+def test_plots_come_as_often_as_at_their_place():
+    """At the place of one echo as often as it is seen; Gaussian beside it, by its spread and the plot's error."""
+    off = np.array([0.0, 20.0, 500.0])
+    scan = scan_at(np.column_stack([1000 + off, 0 * off]))
+    wide = 100.0 + SENSOR.range_sd_m**2
+    assert STILL.often(scan) == pytest.approx(0.6 * np.exp(-0.5 * off**2 / wide), rel=1e-3, abs=1e-9)
+
+
+def test_what_goes_on_is_a_ship_and_what_stays_where_plots_come_is_an_echo():
+    stands, found = {}, []
+    for k in range(24):
+        time_s = 2.5 * k
+        ship, echo = [-500 + 5 * time_s, 300.0], [1000.0 + 5 * math.sin(k), 0.0]
+        scan = scan_at([ship, echo])
+        there = [target(1, ship, 0), target(2, echo, 1), target(3, [0.0, 900.0], -1)]
+        stands = stands_after(stands, there, scan, 2.5 * (k > 0), STILL)
+        found.append([stands[n].probability for n in (1, 2, 3)])
+    ship, echo, unseen = np.array(found).T
+    assert (ship[4:] < 0.1).all()
+    assert ship[-1] < 0.002
+    assert (echo > 0.5).all()
+    assert echo[-1] > 0.99
+    assert (np.diff(unseen) > 0).all()  # that it stays says that it stands
+
+
+def test_one_plot_is_weighed_by_how_often_plots_come_there():
+    """Beside what is known of the track beforehand, where no time has gone by."""
+    for x, often in ((1000.0, 0.6), (5000.0, 0.0)):
+        (found,) = stands_after({}, [target(7, [x, 0.0], 0)], scan_at([[x, 0.0]]), 0.0, STILL).values()
+        odds = (CHANCE + often) / (CHANCE + OFTEN)
+        assert found.probability == pytest.approx(odds / (1 + odds), rel=1e-3)
+
+
+@pytest.mark.parametrize("interval_s", [0.0, 1e-3, LATELY_S, 1e5])
+@pytest.mark.parametrize("away_m", [0.0, 1e2, 1e6])
+def test_it_stays_a_probability(interval_s, away_m):
+    before = {k: Stand(p, np.zeros(2)) for k, p in enumerate((1e-12, 0.5, 1 - 1e-12), 1)}
+    there = [target(k, [away_m, 0.0], -1) for k in before]
+    after = stands_after(before, there, scan_at([]), interval_s, STILL)
+    assert all(0 < one.probability < 1 for one in after.values())
+    assert stands_after(before, there, scan_at([]), interval_s, None) == {}
+
+
+def test_what_stands_is_as_likely_a_ship_as_not_unless_ais_names_it():
+    """Beside others a candidate alone."""
+    shares = {1: (0.95, False), 2: (0.01, False), 3: (0.95, False), 4: (0.95, True)}
+    stands = {k: Stand(share, np.zeros(2), alone) for k, (share, alone) in shares.items()}
+    tracks = [Track(k, "confirmed", 1.0, np.zeros(4), np.eye(4)) for k in stands]
+    tracks[2] = tracks[2]._replace(extra={"mmsi": 211000000.0})
+    echo, ship, named, lone = as_standing(tracks, stands)
+    assert (echo.status, echo.existence, echo.extra["stands"]) == ("candidate", pytest.approx(0.525), 0.95)
+    assert (lone.status, lone.existence) == ("confirmed", echo.existence)
+    assert (ship.status, ship.existence) == ("confirmed", pytest.approx(0.995))
+    assert (named.status, named.existence) == ("confirmed", 1.0)
+    (gone,) = as_standing([tracks[0]._replace(status="deleted")], stands)
+    assert gone.status == "deleted"
+
+
+def test_what_stands_alone_has_no_other_place_near():
+    cells = tuple((x, 0.0, 100.0, 100.0, 0.0, 0.5) for x in (1000.0, 1030.0, 1400.0, 4000.0))
+    echoes = GroundEchoes.of(SENSOR, cells)
+    assert not echoes.alone(np.array([1010.0, 0.0]), 25.0 * np.eye(2))
+    assert echoes.alone(np.array([4010.0, 0.0]), 25.0 * np.eye(2))
+    assert GroundEchoes.of(SENSOR, cells[:2]).alone(np.array([1010.0, 0.0]), 25.0 * np.eye(2))
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", range(2))
+def test_islets_without_a_chart_are_no_sure_ships(seed):
+    rng = np.random.default_rng([seed, 9])
+    ships = [[-1500.0, 5.0, -500.0, 0.0], [1500.0, -6.0, 400.0, 0.0], [500.0, 0.0, -1500.0, 2.0]]
+    scans, truth = sailed(rng, 60, *islets(rng), ships, moving=False)
+    before, _ = shown(scans, truth, RadarTracking(particles=200, radar={"standing_echoes": ()}))
+    wrong, found = shown(scans, truth, RadarTracking(particles=200))
+    assert wrong < before / 20
+    assert found > 0.9
