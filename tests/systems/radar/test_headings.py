@@ -7,8 +7,8 @@ import re
 import numpy as np
 import pytest
 
-from elusive.sensors.radar_scans import OwnShip, RadarPlot, scan_of
-from elusive.systems.radar.headings import headings_finding
+from elusive.sensors.radar_scans import TURN_RAD, OwnShip, RadarPlot, scan_of
+from elusive.systems.radar.headings import Late, Righted, headings_finding
 
 TURN_S, SCANS = 2.5, 100
 RANGE_SD_M, BEARING_SD = 10.0, 2e-3
@@ -71,3 +71,24 @@ def test_a_ship_that_sails_straight_says_nothing():
     scans = [scan._replace(heading_rad=None, own=OwnShip(0.0, 0.0, 6 * scan.time_s, 6.0)) for scan in sailed(0.0)]
     assert judged(scans).seen == 0.0
     assert judged([]).holds
+
+
+@pytest.mark.parametrize("late_s", [1.0, -1.0, 2.0])
+def test_bearings_are_righted_but_where_a_turn_begins(late_s):
+    """Headings are known at scans alone: between two of them the ship is taken to turn steadily."""
+    right, late = sailed(0.0), sailed(late_s)
+    righted = list(Righted(late, late_s))
+    off = [
+        np.abs((one.bearing_rad - true.bearing_rad + np.pi) % TURN_RAD - np.pi).max(initial=0.0)
+        for one, true in zip(righted[4:-4], right[4:-4], strict=True)
+    ]
+    assert np.quantile(off, 0.8) < 1e-9
+    assert max(off) < np.radians(1.2) * TURN_S / 2
+    assert all((scan.bearing_rad < TURN_RAD).all() and (scan.bearing_rad >= 0).all() for scan in righted)
+    assert judged(righted).holds
+
+
+def test_what_was_put_right_is_said():
+    finding = Late(1.5, 20.0, np.radians(2.0), named=True, righted=True).finding
+    assert not finding.holds
+    assert "headings are 1.5 s late: bearings, which are off by up to 2 degrees as told, are taken" in finding.sentence

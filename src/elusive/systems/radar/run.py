@@ -13,7 +13,9 @@ from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
+from elusive.systems.radar.checks import plot_errors
 from elusive.systems.radar.first_pass import fitted
+from elusive.systems.radar.headings import Righted, late_headings
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import RadarOutcome, RadarRun
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
@@ -82,6 +84,11 @@ def track_radar_recording(
     around, outline = charts_in(parameters, charts, frame)
     seen = survey(_looked_through(on_scan, source), outline)
     scans = held(source, seen)
+    late = late_headings(seen.passed, *plot_errors(seen, parameters.radar.bind(seen)))
+    if late.named and any(scan.heading_rad is not None for scan in seen.passed):
+        righted = Righted(scans, late.late_s)
+        seen = survey(righted, outline)._replace(righted=late._replace(righted=True).finding)
+        scans = held(righted, seen)
     check_place(source.name, seen, around)
     known = None
     if truth is not None:
