@@ -58,7 +58,7 @@ class EmpiricalNull(Model):
     supposed: Positive = Field(3.5, description="Median excess over the level that is supposed beforehand [nats]")
     supposed_tracks: int = Field(3, ge=0, description="How many tracks that supposition counts for")
     independent: NonNegative = Field(
-        20.0, description="Tracks over the level that count as if moving and evidence a frame were independent"
+        200.0, description="Tracks over the level that count as if moving and evidence a frame were independent"
     )
     supposed_share: Probability = Field(
         0.15, description="Share over the level of the tracks that a clean recording lacks"
