@@ -84,12 +84,9 @@ class Plain:
     """A sensor as a user's own: the compiled filters do not know it."""
 
     def __init__(self, sensor):
-        self.sensor = sensor
-
-    def __getattr__(self, name):
-        if name in ("residual", "jacobian", "noise", "parts", "bend"):
-            return getattr(self.sensor, name)
-        raise AttributeError(name)
+        for name in ("residual", "jacobian", "noise", "parts", "bend"):
+            if hasattr(sensor, name):
+                setattr(self, name, getattr(sensor, name))
 
 
 PLACES = ((0.0, 0.0, 1.0), (170.0, 22.0, 30.0), (-160.0, 181.0, 3.0), (60.0, -150.0, 15.0))
