@@ -735,7 +735,7 @@ def test_evidence_a_frame_far_beyond_all_others_counts_for_more_than_its_rank() 
 @pytest.mark.parametrize("power", [0.4, 0.7])
 def test_how_far_two_evidences_go_together_is_found(power: float) -> None:
     """Of tracks over the level, shares of all that have as much evidence a frame are that root of uniform ones."""
-    rng, null = np.random.default_rng(12), EmpiricalNull(independent=0.0)
+    rng, null = np.random.default_rng(12), EmpiricalNull(supposed_independent=0)
     ranked, found = np.arange(5000.0), []
     for _ in range(100):
         share = rng.random(200) ** (1 / power)

@@ -57,8 +57,8 @@ class EmpiricalNull(Model):
     )
     supposed: Positive = Field(3.5, description="Median excess over the level that is supposed beforehand [nats]")
     supposed_tracks: int = Field(3, ge=0, description="How many tracks that supposition counts for")
-    independent: NonNegative = Field(
-        200.0, description="Tracks over the level that count as if moving and evidence a frame were independent"
+    supposed_independent: int = Field(
+        200, ge=0, description="How many tracks are supposed to have evidence a frame independent of moving"
     )
     supposed_share: Probability = Field(
         0.15, description="Share over the level of the tracks that a clean recording lacks"
@@ -119,7 +119,7 @@ class EmpiricalNull(Model):
             return 1.0
         share = (len(ranked) - np.searchsorted(ranked, over, "left")) / (len(ranked) + 1)
         steeper = float(np.median(-np.log(share))) / math.log(2)
-        return min(1.0, (len(over) + self.independent) / (len(over) * steeper + self.independent))
+        return min(1.0, (len(over) + self.supposed_independent) / (len(over) * steeper + self.supposed_independent))
 
     def _tails(self, excess: Array, missing: int) -> tuple[Array, Array, Array, Array]:
         """Laws and shares that may be, by the excesses over the level and how many of them are missing.
