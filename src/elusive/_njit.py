@@ -15,6 +15,6 @@ Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 def njit(**options: Any) -> Callable[[Kernel], Kernel]:
     """Return what compiles a function; ``options`` are Numba's."""
-    compiler: Any = numba.njit  # whose annotations leave this option out
+    compiler: Any = numba.njit  # noqa: TID251, its annotations leave this option out
     compiled: Callable[[Kernel], Kernel] = compiler(no_cfunc_wrapper=True, **options)
     return compiled

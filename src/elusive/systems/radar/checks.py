@@ -85,7 +85,7 @@ def findings_of(
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
         errors = plot_errors(seen, sensor)
-        found += [still_finding(seen.passed, *errors), seen.righted or headings_finding(seen.passed, *errors)]
+        found += [still_finding(seen.passed, *errors), seen.headings or headings_finding(seen.passed, *errors)]
     known = list(innovations)
     if found[0].holds and found[1].holds:
         found.append(times_finding(seen.given, known))

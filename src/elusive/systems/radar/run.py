@@ -87,8 +87,9 @@ def track_radar_recording(
     late = late_headings(seen.passed, *plot_errors(seen, parameters.radar.bind(seen)))
     if late.named and any(scan.heading_rad is not None for scan in seen.passed):
         righted = Righted(scans, late.late_s)
-        seen = survey(righted, outline)._replace(righted=late._replace(righted=True).finding)
+        seen, late = survey(righted, outline), late._replace(righted=True)
         scans = held(righted, seen)
+    seen = seen._replace(headings=late.finding)
     check_place(source.name, seen, around)
     known = None
     if truth is not None:

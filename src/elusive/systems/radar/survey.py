@@ -46,7 +46,7 @@ class RadarSurvey(NamedTuple):
     alternate: Finding = Alternating().finding
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
-    righted: Finding | None = None  # that headings are late, where bearings are taken right; None: as told
+    headings: Finding | None = None  # whether they are late; None: that was not looked at
 
     @property
     def hulls(self) -> bool:
