@@ -12,6 +12,7 @@ from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.ground_echoes import GroundEchoes
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.standing import CHANCE, LATELY_S, OFTEN, Stand, as_standing, stands_after
+from elusive.systems.radar.summary import verdict
 from elusive.tracking.detection_targets import Target
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.track import Track
@@ -124,6 +125,13 @@ def test_what_stands_alone_has_no_other_place_near():
     assert not echoes.alone(np.array([1010.0, 0.0]), 25.0 * np.eye(2))
     assert echoes.alone(np.array([4010.0, 0.0]), 25.0 * np.eye(2))
     assert GroundEchoes.of(SENSOR, cells[:2]).alone(np.array([1010.0, 0.0]), 25.0 * np.eye(2))
+
+
+def test_the_verdict_counts_candidates_that_stand():
+    where = "where plots come all along: land, buoys or ships at rest."
+    assert verdict([], 1) == f"No ship under way was found. 1 candidate stands {where}"
+    assert verdict([], 2) == f"No ship under way was found. 2 candidates stand {where}"
+    assert "stand" not in verdict([])
 
 
 @pytest.mark.thorough

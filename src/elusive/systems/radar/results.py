@@ -148,7 +148,10 @@ class RadarRun:
                 *run_facts(self._parameters, self._sensor, self._around.charted, self._seen, source),
                 *([] if self._bias is None else [bias_row(self._bias)]),
                 *([] if self._ais is None else self._ais.rows()),
-                ("Candidates never confirmed", f"{len(tracks.numbers) - len(paths)}, of which {stand} stand"),
+                (
+                    "Candidates never confirmed",
+                    f"{len(tracks.numbers) - len(paths)}{f', of which {stand} stand' if stand else ''}",
+                ),
                 *([] if scores is None else scores.lines()),
             ],
             header=header(clock, truth is not None, hulls=isinstance(self._sensor, HullRadar)),
