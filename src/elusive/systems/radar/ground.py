@@ -123,7 +123,8 @@ class Fixed:
         number = table[found, 0]
         places, square = table[found, 3:5] / number[:, None], table[found, 5:] / number[:, None]
         row, is_long = _rows(places, self._cell_m)
-        rest = [one for one, far in enumerate(is_long) if (self._rests(places, row == one) if far else not long)]
+        latest = self._near(places, row) if is_long.any() else []
+        rest = [one for one, far in enumerate(is_long) if (self._rests(latest, one) if far else not long)]
         keep = np.isin(row, rest)
         if not keep.any():
             return ()
@@ -137,31 +138,35 @@ class Fixed:
         square *= (number / (number + PRIOR))[:, None]
         return tuple(map(tuple, np.column_stack([places, square, often]).tolist()))
 
-    def _rests(self, places: Array, row: NDArray[np.bool_]) -> bool:
-        """Whether plots of a row of places ``(n, 2)`` are rather where earlier ones were than ahead of them."""
-        tree, latest = cKDTree(places), list(self._latest)
-        times = np.array([time_s for time_s, _ in latest])
+    def _near(self, places: Array, row: NDArray[np.int64]) -> list[tuple[float, Array, NDArray[np.int64]]]:
+        """Return times and plots of the latest scans, and at which row of places ``(n, 2)`` each is; -1: at none."""
+        tree, found = cKDTree(places), []
+        for time_s, plots in self._latest:
+            off, which = tree.query(plots.reshape(-1, 2))
+            found.append((time_s, plots, np.where(off < ECHO * self._cell_m, row[which.clip(max=len(row) - 1)], -1)))
+        return found
+
+    def _rests(self, latest: Sequence[tuple[float, Array, NDArray[np.int64]]], row: int) -> bool:
+        """Whether plots of a row are rather where earlier ones were than ahead of them, by :meth:`_near`."""
+        times = np.array([time_s for time_s, _, _ in latest])
         lag_s = 3 * self._cell_m / SAILS_MPS  # over which what sails leaves two cells, four deviations of a plot
         wide_mps = 2 * self._cell_m / lag_s / FINE
         middle = int(FASTEST_MPS / wide_mps)
-        bins = wide_mps * (np.arange(2 * middle + 2) - middle - 0.5)
-        counts = np.zeros((2 * middle + 1, 2 * middle + 1))
+        side, bins = 2 * middle + 1, [np.zeros(0, dtype=np.int64)]
         for k in range(0, len(latest), max(1, len(latest) // LOOKED)):
-            theirs = self._of(latest[k][1], tree, row)
+            _, plots, at = latest[k]
+            theirs = plots[at == row]
             first, last = np.searchsorted(times, times[k] + lag_s * np.array([1, 2]))
             for later in range(first, min(last + 1, len(latest)), max(1, (last - first) // FINE)):
-                plots = self._of(latest[later][1], tree, row, alone=True)
-                velocity = (plots[:, None] - theirs).reshape(-1, 2) / max(times[later] - times[k], 1e-9)
-                counts += np.histogram2d(velocity[:, 0], velocity[:, 1], bins)[0]
-        near = FINE**2 * uniform_filter(counts, FINE, mode="constant")
+                _, plots, at = latest[later]
+                off = (plots[(at == row) | (at < 0)][:, None] - theirs).reshape(-1, 2)  # and of what stands alone
+                bin_ = np.floor(off / (wide_mps * max(times[later] - times[k], 1e-9)) + middle + 0.5)
+                bins.append((bin_[((bin_ >= 0) & (bin_ < side)).all(axis=1)] @ [side, 1]).astype(np.int64))
+        counts = np.bincount(np.concatenate(bins), minlength=side**2).reshape(side, side)
+        near = FINE**2 * uniform_filter(counts.astype(float), FINE, mode="constant")
         rest = near[middle, middle]
         near[middle - 4 : middle + 5, middle - 4 : middle + 5] = 0.0
         return bool(counts.sum() < FEW or rest > BESIDE_AHEAD * near.max())
-
-    def _of(self, plots: Array, tree: cKDTree, row: NDArray[np.bool_], *, alone: bool = False) -> Array:
-        """Return those of plots ``(m, 2)`` that are of some of the places, and perhaps what stands alone."""
-        off, which = tree.query(plots.reshape(-1, 2))
-        return plots[np.where(off < ECHO * self._cell_m, row[which.clip(max=len(row) - 1)], alone)]
 
 
 def _squares(places: Array) -> Array:

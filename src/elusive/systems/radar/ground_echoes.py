@@ -6,7 +6,8 @@ place as its plots were and may err.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -36,26 +37,24 @@ class GroundEchoes(NamedTuple):
     tree: cKDTree
 
     @classmethod
+    @lru_cache(maxsize=8)
     def of(cls, sensor: RadarSensor, ground: Ground) -> GroundEchoes:
-        """Return those of a ground of at least one place."""
+        """Return those of a ground of at least one place; asked for at each scan, it is made once."""
         table = np.array(ground)
         spread = table[:, [2, 4, 4, 3]].reshape(-1, 2, 2)
         return cls(sensor, table[:, :2], spread, table[:, 5], cKDTree(table[:, :2]))
 
     def log_scattered(self, scan: RadarScan) -> Array:
         """Log density of plots of ground, where each is, ``(m,)`` [1 / (m rad)], and of their Doppler."""
-        found = np.zeros(scan.detections)
-        for k, near, spread, squared in self._beside(scan, WIDER):
-            found[k] = (self.number[near] / np.sqrt(np.linalg.det(spread))) @ np.exp(-0.5 * squared)
+        plot, place, determinant, squared = self._beside(scan, WIDER)
+        found = _sums(plot, self.number[place] / np.sqrt(determinant) * np.exp(-0.5 * squared), scan)
         with np.errstate(divide="ignore"):
             return np.log(found * scan.range_m / TURN_RAD) + log_at_rest(self.sensor, scan)
 
     def often(self, scan: RadarScan) -> Array:
         """How many plots of these places a scan has at each of its plots, as near as they err, ``(m,)``, 1 at most."""
-        found = np.zeros(scan.detections)
-        for k, near, _, squared in self._beside(scan, 1.0):
-            found[k] = self.number[near] @ np.exp(-0.5 * squared)
-        return np.minimum(found, 1.0)
+        plot, place, _, squared = self._beside(scan, 1.0)
+        return np.minimum(_sums(plot, self.number[place] * np.exp(-0.5 * squared), scan), 1.0)
 
     def alone(self, place: Array, covariance: Array) -> bool:
         """Whether no plots come all along near a place ``(2,)`` [m], but for those of what is there, known so well."""
@@ -64,16 +63,21 @@ class GroundEchoes(NamedTuple):
         spread = self.spread[near] + covariance
         return bool((np.einsum("ni,nij,nj->n", off, np.linalg.inv(spread), off) < REACH**2).all())
 
-    def _beside(self, scan: RadarScan, wider: float) -> Iterator[tuple[int, list[int], Array, Array]]:
-        """Yield of each plot the places near, how far plots spread there, ``(n, 2, 2)``, and its squared distances.
+    def _beside(self, scan: RadarScan, wider: float) -> tuple[NDArray[np.intp], NDArray[np.intp], Array, Array]:
+        """Return plots and places near each other, determinants of how far plots spread there, and squared distances.
 
-        Spread is ``wider`` by a share of the plot's own error.
+        Spread is ``wider`` by a share of the plot's own error. Each is ``(p,)``, of p pairs.
         """
         places, errors = self.sensor.places(scan)
         reach = REACH * np.sqrt(np.trace(errors, axis1=1, axis2=2) + np.trace(self.spread, axis1=1, axis2=2).max())
-        for k, near in enumerate(self.tree.query_ball_point(places, reach) if len(places) else ()):
-            off, spread = self.places[near] - places[k], self.spread[near] + wider * errors[k]
-            yield k, near, spread, np.einsum("ni,nij,nj->n", off, np.linalg.inv(spread), off)
+        near = self.tree.query_ball_point(places, reach) if len(places) else []
+        plot = np.repeat(np.arange(len(places)), [len(its) for its in near])
+        place = np.array([one for its in near for one in its], dtype=np.intp)
+        east, north = (self.places[place] - places[plot]).T
+        spread = self.spread[place] + wider * errors[plot]
+        xx, yy, xy = spread[:, 0, 0], spread[:, 1, 1], spread[:, 0, 1]
+        determinant = xx * yy - xy**2
+        return plot, place, determinant, (yy * east**2 - 2 * xy * east * north + xx * north**2) / determinant
 
     def new(self, scan: RadarScan) -> NewEchoes:
         """Say that no plot begins an echo."""
@@ -86,3 +90,8 @@ class GroundEchoes(NamedTuple):
     def theirs(self, scan: RadarScan) -> NDArray[np.bool_]:
         """Which plots are rather of ground than other false alarms, ``(m,)``."""
         return np.asarray(self.log_scattered(scan) > self.sensor.log_clutter(scan))
+
+
+def _sums(plot: NDArray[np.intp], values: Array, scan: RadarScan) -> Array:
+    """Sum values ``(p,)`` over pairs of each plot, ``(m,)``."""
+    return np.bincount(plot, values, scan.detections)
