@@ -20,7 +20,7 @@ from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
 
 WATCHED = 100  # scans
-STRAIGHT = Ways(np.array([[0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 3, 4)), np.zeros((1, 3, 4, 4)))
+STRAIGHT = Ways(np.array([[0.0, 0.0, 0.0, 0.0, 1.0]]), np.zeros((1, 3, 4)), np.zeros((1, 3, 4, 4)))
 ANYHOW = {3: STRAIGHT, 4: STRAIGHT}  # as the tracker lets tracks move
 
 

@@ -7,7 +7,19 @@ import pytest
 
 from elusive.motion import ConstantVelocity
 from elusive.sensors.radar import RadarSensor
-from elusive.systems.radar.moving import LASTS_S, PRIOR, ROCKS, SCATTER_M, STEADY_Q, WANDERS, Ways
+from elusive.systems.radar.moving import (
+    CHANCE,
+    FILTER,
+    LASTS_S,
+    OFTEN,
+    PRIOR,
+    RESTING,
+    ROCKS,
+    SCATTER_M,
+    STEADY_Q,
+    WANDERS,
+    Ways,
+)
 from elusive.systems.radar.parameters import RadarTracking, UnderWay
 from elusive.systems.radar.track import track_radar
 
@@ -54,7 +66,7 @@ def followed(ways: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 
 def test_what_is_told_with_a_probability_moves_as_often() -> None:
     rng = np.random.default_rng(5)
-    kinds = rng.choice(4, 4000, p=PRIOR)
+    kinds = FILTER[rng.choice(5, 4000, p=PRIOR)]
     told = followed(drawn(kinds, rng), rng)
     for low, high in ((0, 0.2), (0.2, 0.8), (0.8, 1)):
         which = (told >= low) & (told <= high)
@@ -101,3 +113,15 @@ def test_a_buoy_rests_a_slow_ship_moves_and_one_that_anchors_comes_to_rest() -> 
     assert found[238.0]["anchors"] < 0.1
     assert found[238.0]["slow"] > 0.99
     assert 0.1 < found[10.0]["slow"] < 0.9
+
+
+def test_what_stands_is_weighed_by_how_often_plots_come_there() -> None:
+    """By Bayes' rule: of the ways of echoes, beside those of ships."""
+    told = Ways.of(np.zeros((2, 4)), np.tile(np.diag([10.0, 3.0, 10.0, 3.0]), (2, 1, 1)), 8.0)
+    often = np.array([0.0, 0.6])
+    ratio = (CHANCE + often) / (CHANCE + OFTEN)
+    stands = told.stands * ratio / (told.stands * ratio + 1 - told.stands)
+    weighed = told.among(often)
+    assert weighed.stands == pytest.approx(stands)
+    ship_at_rest = told.share[:, RESTING].sum(axis=1) - told.stands
+    assert weighed.moves == pytest.approx(1 - stands - ship_at_rest * (1 - stands) / (1 - told.stands))

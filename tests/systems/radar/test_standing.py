@@ -10,11 +10,11 @@ import pytest
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.ground_echoes import GroundEchoes
+from elusive.systems.radar.moving import Ways
 from elusive.systems.radar.parameters import RadarTracking
-from elusive.systems.radar.standing import CHANCE, LATELY_S, OFTEN, Stand, as_standing, stands_after
+from elusive.systems.radar.standing import as_standing
 from elusive.systems.radar.summary import verdict
-from elusive.tracking.detection_targets import Target
-from elusive.tracking.lifecycle import Life
+from elusive.systems.radar.track import track_radar
 from elusive.tracking.track import Track
 from tests.systems.radar.test_ground import SENSOR, sailed
 from tests.systems.radar.test_lives import shown
@@ -28,14 +28,6 @@ def islets(rng, n=10):
     places = np.array([[-2500.0 + 500 * k, 1500.0 * (-1) ** k] for k in range(n)])
     echoes = (places[:, None] + rng.uniform(-30, 30, (n, 4, 2))).reshape(-1, 2)
     return echoes, rng.uniform(0.3, 0.9, len(echoes))
-
-
-def target(track, place, detection):
-    mean = np.array([place[0], 0.0, place[1], 0.0])
-    none = np.zeros((0, 4)), np.zeros(0)
-    return Target(
-        Life(track, "confirmed"), 0.99, *none, mean, np.eye(4), none[1], detection, 0.0, 1.0, False, 0.0
-    )  # fmt: skip
 
 
 def scan_at(places):
@@ -69,54 +61,60 @@ def test_plots_come_as_often_as_at_their_place():
     assert STILL.often(scan) == pytest.approx(0.6 * np.exp(-0.5 * off**2 / wide), rel=1e-3, abs=1e-9)
 
 
-def test_what_goes_on_is_a_ship_and_what_stays_where_plots_come_is_an_echo():
-    stands, found = {}, []
-    for k in range(24):
+def ways(stands):
+    """Of a track that stands with a probability."""
+    share = np.array([[stands, 0.0, 0.0, 1 - stands, 0.0]])
+    return Ways(share, np.zeros((1, 3, 4)), np.zeros((1, 3, 4, 4)))
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_what_goes_on_is_a_ship_and_what_stays_where_plots_come_is_an_echo(told):
+    """A ship that anchors where no plots come is at rest, and is none; where nothing is told, nothing stands."""
+    rng, found = np.random.default_rng(4), {}
+    sensor = SENSOR.replace(detection_probability=0.95, false_alarms=0.1)
+    radar = {"standing_echoes": PLACE if told else ()}
+    parameters = RadarTracking(particles=200, radar=radar)
+    scans = []
+    for k in range(50):
         time_s = 2.5 * k
-        ship, echo = [-500 + 5 * time_s, 300.0], [1000.0 + 5 * math.sin(k), 0.0]
-        scan = scan_at([ship, echo])
-        there = [target(1, ship, 0), target(2, echo, 1), target(3, [0.0, 900.0], -1)]
-        stands = stands_after(stands, there, scan, 2.5 * (k > 0), STILL)
-        found.append([stands[n].probability for n in (1, 2, 3)])
-    ship, echo, unseen = np.array(found).T
-    assert (ship[4:] < 0.1).all()
-    assert ship[-1] < 0.002
-    assert (echo > 0.5).all()
-    assert echo[-1] > 0.99
-    assert (np.diff(unseen) > 0).all()  # that it stays says that it stands
-
-
-def test_one_plot_is_weighed_by_how_often_plots_come_there():
-    """Beside what is known of the track beforehand, where no time has gone by."""
-    for x, often in ((1000.0, 0.6), (5000.0, 0.0)):
-        (found,) = stands_after({}, [target(7, [x, 0.0], 0)], scan_at([[x, 0.0]]), 0.0, STILL).values()
-        odds = (CHANCE + often) / (CHANCE + OFTEN)
-        assert found.probability == pytest.approx(odds / (1 + odds), rel=1e-3)
-
-
-@pytest.mark.parametrize("interval_s", [0.0, 1e-3, LATELY_S, 1e5])
-@pytest.mark.parametrize("away_m", [0.0, 1e2, 1e6])
-def test_it_stays_a_probability(interval_s, away_m):
-    before = {k: Stand(p, np.zeros(2)) for k, p in enumerate((1e-12, 0.5, 1 - 1e-12), 1)}
-    there = [target(k, [away_m, 0.0], -1) for k in before]
-    after = stands_after(before, there, scan_at([]), interval_s, STILL)
-    assert all(0 < one.probability < 1 for one in after.values())
-    assert stands_after(before, there, scan_at([]), interval_s, None) == {}
+        states = [[-500 + 5 * time_s, 5.0, 600.0, 0.0], [1000.0 + 5 * math.sin(k), 0.0, 0.0, 0.0]]
+        states += [[-1000.0, 0.0, -900 + 6 * min(time_s, 40.0), 6.0 * (time_s < 40)]]
+        scans.append(sensor.simulate(np.array(states), rng, time_s=time_s))
+    for step in track_radar(scans, parameters.bind(sensor, None), parameters):
+        for track in step.tracks:
+            x, y = track.mean[[0, 2]]
+            off = {"ship": abs(y - 600), "echo": abs(x - 1000) + abs(y), "anchors": abs(x + 1000) + abs(y + 660)}
+            name = min(off, key=off.__getitem__)
+            found.setdefault(name if off[name] < 100 else "none", []).append(
+                [track.extra["stands"], track.extra["moves"]]
+            )
+    ship, echo, anchors = (np.array(found[name]) for name in ("ship", "echo", "anchors"))
+    assert (ship[4:, 0] < 0.1).all()
+    assert ship[-1, 1] > 0.99
+    assert anchors[-1, 0] < 0.1
+    assert anchors[-1, 1] < 0.1
+    assert echo[-1, 1] < 0.01
+    assert echo[-1, 0] > 0.99 if told else not echo[:, 0].any()
 
 
 def test_what_stands_is_as_likely_a_ship_as_not_unless_ais_names_it():
     """Beside others a candidate alone."""
     shares = {1: (0.95, False), 2: (0.01, False), 3: (0.95, False), 4: (0.95, True)}
-    stands = {k: Stand(share, np.zeros(2), alone) for k, (share, alone) in shares.items()}
-    tracks = [Track(k, "confirmed", 1.0, np.zeros(4), np.eye(4)) for k in stands]
+    stands = {k: ways(share) for k, (share, _) in shares.items()}
+    places = {k: np.array([9000.0 * alone, 0.0, 1010.0, 0.0]) for k, (_, alone) in shares.items()}
+    tracks = [Track(k, "confirmed", 1.0, place, np.eye(4)) for k, place in places.items()]
     tracks[2] = tracks[2]._replace(extra={"mmsi": 211000000.0})
-    echo, ship, named, lone = as_standing(tracks, stands)
+    others = GroundEchoes.of(
+        SENSOR, tuple((x, y, 100.0, 100.0, 0.0, 0.5) for x, y in ((0.0, 1400.0), (9000.0, 1010.0)))
+    )
+    echo, ship, named, lone = as_standing(tracks, stands, others)
     assert (echo.status, echo.existence, echo.extra["stands"]) == ("candidate", pytest.approx(0.525), 0.95)
     assert (lone.status, lone.existence) == ("confirmed", echo.existence)
     assert (ship.status, ship.existence) == ("confirmed", pytest.approx(0.995))
     assert (named.status, named.existence) == ("confirmed", 1.0)
-    (gone,) = as_standing([tracks[0]._replace(status="deleted")], stands)
+    (gone,) = as_standing([tracks[0]._replace(status="deleted")], stands, others)
     assert gone.status == "deleted"
+    assert [one.existence for one in as_standing(tracks, stands, None)] == [1.0] * 4
 
 
 def test_what_stands_alone_has_no_other_place_near():

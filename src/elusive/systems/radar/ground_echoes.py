@@ -94,4 +94,4 @@ class GroundEchoes(NamedTuple):
 
 def _sums(plot: NDArray[np.intp], values: Array, scan: RadarScan) -> Array:
     """Sum values ``(p,)`` over pairs of each plot, ``(m,)``."""
-    return np.bincount(plot, values, scan.detections)
+    return np.bincount(plot, values, scan.detections).astype(float)

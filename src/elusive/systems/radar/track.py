@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elusive.contracts import interval_since
 from elusive.filters.particle.coast_error import learn_bias
 from elusive.sensors.radar import RadarSensor
 from elusive.sensors.radar_scans import RadarScan
@@ -20,7 +19,7 @@ from elusive.systems.radar.lives import Ages, aged, as_lived
 from elusive.systems.radar.moving import Ways, ways_after
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.ships import Surroundings, ships_of, tracks_of
-from elusive.systems.radar.standing import Stand, as_standing, stands_after
+from elusive.systems.radar.standing import as_standing
 from elusive.tracking.detections import DetectionState, DetectionTracker
 from elusive.tracking.memory import Memory
 from elusive.tracking.track import Step
@@ -31,8 +30,7 @@ class RadarState(NamedTuple):
 
     belief: DetectionState
     ages: Ages  # how old confirmed tracks are
-    ways: Mapping[int, Ways]  # in which tracks may move, each by its number
-    stands: Mapping[int, Stand]  # whether they are echoes that stand
+    ways: Mapping[int, Ways]  # in which tracks may move or stand, each by its number
 
 
 def track_radar(
@@ -76,30 +74,28 @@ def track_radar(
     memory = memory or Memory()
     rng = np.random.default_rng(parameters.seed)
     mode_rng = np.random.default_rng([parameters.seed, 1])  # estimates do not change what is tracked
-    state, rng, mode_rng = memory.held or (RadarState(tracker.init(rng), {}, {}, {}), rng, mode_rng)
+    state, rng, mode_rng = memory.held or (RadarState(tracker.init(rng), {}, {}), rng, mode_rng)
     for scan in scans:
-        before, ages, ways, stands = state
+        before, ages, ways = state
         before = before if ais is None else ais.before(scan, before, tracker, rng)
         belief = tracker.step(before, scan.time_s, scan, rng)
         ships = ships_of(before, belief)
         tracks = tracks_of(tracker, scan, ships, around, parameters.estimate, mode_rng)
+        if ais is not None:
+            tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
         if isinstance(tracker.sensor, RadarSensor):
-            ways = ways_after(ways, ships, scan, tracker.sensor, tracker.speed_sd_mps)
+            echoes = parameters.radar.standing(tracker.sensor)
+            ways = ways_after(ways, ships, scan, tracker.sensor, tracker.speed_sd_mps, echoes)
             tracks = tuple(
                 one._replace(extra={**one.extra, "moves": float(ways[one.track].moves[0])}) for one in tracks
             )
             ages = aged(ages, belief.targets, scan, tracker.sensor)
             tracks = as_lived(tracks, ages, parameters.radar.false_alarm_lives or (), ways)
-        if ais is not None:
-            tracks = tuple(one._replace(extra={**one.extra, "mmsi": ais.name_of(one.track)}) for one in tracks)
-        if isinstance(tracker.sensor, RadarSensor):
-            interval_s = interval_since(before.time_s, scan.time_s)
-            stands = stands_after(stands, belief.targets, scan, interval_s, parameters.radar.standing(tracker.sensor))
-            tracks = as_standing(tracks, stands)
-        step = Step(scan.time_s, scan, RadarState(belief, ages, ways, stands), tracks)
+            tracks = as_standing(tracks, ways, echoes)
+        step = Step(scan.time_s, scan, RadarState(belief, ages, ways), tracks)
         moved = [(old, now) for old, now, _ in ships if old is not None and now.life.status == "confirmed"]
         belief = belief._replace(knowledge=learn_bias(belief.knowledge, moved, parameters.coast))
-        state = RadarState(belief, ages, ways, stands)
+        state = RadarState(belief, ages, ways)
         if learn is not None:
             tracker, parameters = learn(step)
         memory.keep(scan.time_s, state, rng, mode_rng)
