@@ -13,7 +13,7 @@ import warnings
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import gammaincinv
 
 from elusive.contracts import Array
 from elusive.preprocess.link_drift import gains_of, of_drift
@@ -87,7 +87,7 @@ def emptied(dbm: Array, frames: int) -> Array:
         warnings.simplefilter("ignore", RuntimeWarning)
         level = np.nanmedian(dbm, axis=0)
         blocks = dbm[: len(dbm) // BLOCK * BLOCK].reshape(-1, BLOCK, *level.shape).var(axis=1, ddof=1)
-        quiet = np.nanquantile(blocks, QUIET, axis=0) * (BLOCK - 1) / chi2.ppf(QUIET, BLOCK - 1)
+        quiet = np.nanquantile(blocks, QUIET, axis=0) * (BLOCK - 1) / (2 * gammaincinv((BLOCK - 1) / 2, QUIET))
         one, two = directions_of(nodes_of(dbm.shape[1])).T
         apart = dbm[:, one] - dbm[:, two]
         apart -= np.nanmedian(apart, axis=0)
