@@ -23,6 +23,8 @@ from elusive.systems.images.run import track_recording
 from elusive.systems.images.scene_facts import SceneFacts
 from elusive.systems.images.simulate import ImageSimulation, draw_images
 from elusive.systems.images.track import track_images
+from elusive.tracking.peaks import SceneTracker
+from elusive.tracking.track import Track
 from tests.longer import longer
 
 SIGMA = 3.0
@@ -285,29 +287,50 @@ def test_each_white_frame_twice_has_no_noise_that_goes_on():
     assert {one.name for one in checks.findings() if not one.holds} <= {"frames.repeated", "targets.left-over"}
 
 
-def dotted(fall, size=96, frames=36):
-    """Frames of a scene with points in it, of which a third fall through it."""
+def dotted(fall, size=96, frames=36, crowd=False):
+    """Frames of a scene with points in it, of which a third fall through it; in a crowd all go their own ways."""
     rng = np.random.default_rng(4)
     (x, y), drawn = rng.uniform(4, size - 4, (2, 36)), scene(size=size, frames=frames)
+    speed = np.where(np.arange(36) < 12, fall * 1j, 0.0)
+    if crowd:
+        speed, drawn = fall * np.exp(1j * np.arange(36)), rng.normal(100, 1, drawn.shape)
     yy, xx = np.mgrid[:size, :size]
-    speed = np.where(np.arange(36) < 12, fall, 0.0)
     for k, frame in enumerate(drawn):
-        for across, down in zip(x, (y + speed * k) % size, strict=True):
+        for across, down in zip((x + speed.real * k) % size, (y + speed.imag * k) % size, strict=True):
             frame += 50 * np.exp(-((xx - across) ** 2 + (yy - down) ** 2) / 2)
     return drawn
 
 
-@pytest.mark.parametrize(("fall", "holds"), [(0.0, True), (1.0, False)])
-def test_a_scene_much_of_which_moves_is_named(fall, holds):
-    frames = dotted(fall)
+@pytest.mark.parametrize(("crowd", "low", "high"), [(False, 0.15, 0.45), (True, 0.55, 1.0)])
+def test_a_scene_most_of_which_moves_is_named(crowd, low, high):
+    frames = dotted(1.0, crowd=crowd)
     parameters = ImageTracking().bind(frames.shape[1:])
     checks = FrameChecks(parameters)
     for step in track_images(frames, parameters):
         checks.take(step)
     (found,) = (one for one in checks.findings() if one.name == "images.movers")
+    assert found.holds != crowd
+    assert not found.grave
+    assert low < found.seen < high
+
+
+@pytest.mark.parametrize(
+    ("most", "frames", "holds"), [(0.97, 9, False), (0.97, 8, True), (0.98, 50, True), (0.4, 50, True)]
+)
+def test_what_is_shown_and_never_moved_for_sure_is_named(most, frames, holds):
+    """Of a hundred frames a target is shown in all, and for some another track that hardly moves."""
+    movers, belief = Movers(), SceneTracker().begin()
+    for k in range(100):
+        others = [(2, most if k == frames // 2 else min(0.6, most))] if k < frames else []
+        tracks = [
+            Track(number, "confirmed", 0.9, np.zeros(4), np.eye(4), extra={"moves": moves, "shown": 1.0})
+            for number, moves in [(1, min(1.0, 0.55 + k / 40)), *others]
+        ]
+        movers.take(belief._replace(tracks=tuple(tracks)))
+    (found,) = (one for one in movers.findings() if one.name == "tracks.unsure")
     assert found.holds == holds
     assert not found.grave
-    assert found.seen < 0.02 if holds else 0.15 < found.seen < 0.45
+    assert found.seen == (frames / 100 if most == 0.97 else 0.0)
 
 
 @pytest.mark.parametrize("marks", [0, 8])

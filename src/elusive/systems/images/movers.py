@@ -1,6 +1,6 @@
-"""What moves in a recorded scene and may be none of it: snow, layers of clouds, dust, drawn boxes.
+"""What moves in a recorded scene and may be none of it: crowds, layers of clouds, dust, drawn boxes.
 
-And what is shown though it has never moved.
+And what is shown though it has never moved, or never moved for sure.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ OLD = 10  # frames from which a track's way counts
 GONE_PX = 5.0  # farther than this it has gone in the scene
 MARKED = 0.5  # share of the frames with marks on the sensor
 FEW = 2  # frames, in which four things may have gone so by chance
-SHARE, SEVERAL = 0.1, 3.0  # share of such tracks that move; so many at once may be targets
+MOST, SEVERAL = 0.5, 3.0  # share of such tracks that move, from which the rest are no measure; so many may be targets
 MOVES = SceneTracker().show_from  # probability from which it is shown for that
+MOVED = 0.98  # greatest probability of moving, of a track, from which it moved for sure
+DOUBTED = 0.08  # frames of tracks that are shown and never moved for sure, a frame
 
 
 class Movers:
@@ -29,6 +31,7 @@ class Movers:
         self._marked, self._marks = 0, 0  # frames with marks, and those summed
         self._taken, self._boxed, self._middle = 0, 0, (math.nan, math.nan)  # all frames, those with a box, the last
         self._stood: dict[int, tuple[int, float, float]] = {}  # of what is shown at rest: frames, and its latest place
+        self._moved: dict[int, tuple[int, float]] = {}  # of what is shown: frames, and how surely it moved at most
 
     def take(self, belief: PeakBelief) -> None:
         """Take what is believed after a frame."""
@@ -37,6 +40,9 @@ class Movers:
         far = targets.number[targets.farthest > GONE_PX].tolist()
         gone_far = {belief.lives[number].track for number in far if number in belief.lives}
         for track in belief.tracks:
+            if track.extra["shown"]:
+                frames, most = self._moved.get(track.track, (0, 0.0))
+                self._moved[track.track] = frames + 1, max(most, track.extra["moves"])
             if track.extra["moves"] > MOVES or track.track in gone_far:
                 self._stood.pop(track.track, None)
             elif track.extra["shown"]:
@@ -56,7 +62,7 @@ class Movers:
 
     def findings(self) -> list[Finding]:
         """Say where any are many."""
-        return [self._moving(), self._marking(), self._boxing()]
+        return [self._doubting(), self._moving(), self._marking(), self._boxing()]
 
     def standing(self) -> Finding:
         """Find what is shown for its strength alone, and did not move as long as it was followed."""
@@ -96,16 +102,30 @@ class Movers:
             grave=False,
         )
 
+    def _doubting(self) -> Finding:
+        """Find what is shown because it seems to move, and never moved as surely as a target that is followed on."""
+        doubted = [frames for frames, most in self._moved.values() if MOVES < most < MOVED]
+        share = sum(doubted) / self._taken if self._taken else math.nan
+        return Fact(0.0, share, not share > DOUBTED, self._taken).finding(
+            "tracks.unsure",
+            f"Whether {len(doubted)} of the tracks that are shown move is in doubt, {sum(doubted)} times in "
+            f"{self._taken} frames: their `moves` stayed below {MOVED:g}. Parts of clouds, waves, trees and blocks of "
+            "compressed video look like this more often than targets do.",
+            "Believe no track before its `moves` (tracks.csv) has passed that; give more frames, or frames that are "
+            "compressed less.",
+            grave=False,
+        )
+
     def _moving(self) -> Finding:
-        """Find what is clutter to what is sought, which must stand out of its motion."""
+        """Find that most of what is followed moves: what moves is then judged against what moves."""
         share = self._gone / self._sure if self._sure else math.nan
         frames = max(self._frames, 1)
         gone, sure = self._gone / frames, self._sure / frames
-        return Fact(0.0, share, not (share > SHARE and gone > SEVERAL), self._sure).finding(
+        return Fact(0.0, share, not (share > MOST and gone > SEVERAL), self._sure).finding(
             "images.movers",
-            f"Much of the scene itself moves: of {sure:.0f} sure tracks in a frame {gone:.0f} go with no pixel of it. "
-            "Snow, layers of clouds, and what is near before what is far look like this. A target that moves no more "
-            "clearly is not told from them: what is not shown may be there, and what is shown may be one of them.",
+            f"Most of what is followed moves: of {sure:.0f} sure tracks in a frame {gone:.0f} go with no pixel of the "
+            "scene. Particles, a crowd, layers of clouds, and what is near before what is far look like this. What is "
+            "not shown may be a target all the same, and what is shown may be one of many.",
             "Look in report.html with --show all, which shows what is followed; or give a part in which less moves "
             "(--start, --stop, a part of the frame). Of points before plain noise, as particles and stars are, give "
             "--config what elusive fit images writes: then each is followed to a part of a pixel.",
