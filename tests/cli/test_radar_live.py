@@ -7,11 +7,13 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.cli.test_radar import Run
 from tests.cli.test_radar_moving import columns_deg, columns_m, turning
 from tests.longer import longer
+from tests.systems.radar.test_headings import sailed as late_headings
 
 PLACE = ["--radar-lat-deg", "53.9", "--radar-lon-deg", "10.2"]
 TOLD = ["--range-sd-m", "10", "--detection-probability", "0.9", "--false-alarms", "1"]  # live nothing is found
@@ -81,3 +83,19 @@ def test_plots_with_times_of_their_own_need_the_antennas_period(elusive_in: Run,
     code, said = elusive_in(*TRACK, *LIVE, "--out", "live")
     assert code == 2, said
     assert "give --rotation-s" in said
+
+
+def test_headings_that_are_late_are_put_right_while_plots_come(elusive_in: Run, tmp_path: Path) -> None:
+    rows = ["time_s,range_m,relative_bearing_deg,heading_deg,own_x_m,own_y_m"]
+    for scan in late_headings(2.0, ships=3, alarms=0)[:36]:
+        bows = scan.heading_rad if scan.heading_rad is not None else np.zeros(scan.detections)
+        for far, bearing, bow in zip(scan.range_m, np.degrees(scan.bearing_rad), np.degrees(bows), strict=True):
+            rows.append(f"{scan.time_s},{far},{(bearing - bow) % 360},{bow % 360},{scan.own.x_m},{scan.own.y_m}")
+    (tmp_path / "plots.csv").write_text("\n".join(rows))
+    (tmp_path / "even.yaml").write_text(EVEN)
+    told = [*TOLD, "--bearing-sd-mrad", "2", "--max-range-m", "7500", "--particles", "100", "--extent", "point"]
+    code, said = elusive_in(*TRACK[:3], *told, "--config", "even.yaml", *LIVE, "--out", "live")
+    assert code == 0, said
+    checks = {one["name"]: one for one in json.loads((tmp_path / "live/checks.json").read_text())}
+    assert not checks["radar.headings"]["holds"]
+    assert "are taken with the headings that it had then, from" in checks["radar.headings"]["sentence"]

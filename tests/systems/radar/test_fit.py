@@ -18,6 +18,7 @@ from elusive.systems.radar.run import track_radar_recording
 from elusive.systems.radar.triples import Triples
 from tests.charts.scenes import cell_path
 from tests.longer import longer
+from tests.systems.radar.test_headings import sailed as late_headings
 
 
 def seen_by(sensor, rng, *, ships=5, scans=240, interval_s=2.5):
@@ -220,3 +221,10 @@ def test_a_biased_radar_is_fitted_by_the_marks_of_a_real_chart(seed):
     assert float(found["deviation of a bearing [mrad]"].value) == pytest.approx(3.0, rel=0.25)
     for name, truth in (("bias of ranges [m]", 25.0), ("bias of bearings [mrad]", 8.0)):
         assert abs(float(found[name].value) - truth) < 3 * found[name].deviation
+
+
+def test_late_headings_are_put_right_before_a_radar_is_fitted():
+    """Two seconds late, ships are lost at each turn, and seen in three of five scans."""
+    fitted = {value.what: value for value in fit_radar(late_headings(2.0, ships=3, alarms=0)[:40], "late").values}
+    assert float(fitted["delay of headings [s]"].value) == pytest.approx(2.0, abs=0.4)
+    assert float(fitted["probability of detection"].value) == pytest.approx(0.9, abs=0.06)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import re
 
 import numpy as np
 import pytest
 
+from elusive.errors import DataError
 from elusive.sensors.radar_scans import TURN_RAD, OwnShip, RadarPlot, scan_of
-from elusive.systems.radar.headings import Late, Righted, headings_finding
+from elusive.systems.radar.headings import Late, late_headings
+from elusive.systems.radar.righted import EVERY, Righted, Righting
+from elusive.systems.radar.survey import survey
 
 TURN_S, SCANS = 2.5, 100
 RANGE_SD_M, BEARING_SD = 10.0, 2e-3
@@ -46,7 +50,7 @@ def sailed(late_s, *, seed=0, ships=4, alarms=4, told=True):
 
 
 def judged(scans):
-    return headings_finding(scans, RANGE_SD_M, BEARING_SD)
+    return late_headings(scans, RANGE_SD_M, BEARING_SD).finding
 
 
 @pytest.mark.parametrize("late_s", [0.5, 1.0, -1.0, 2.0])
@@ -89,6 +93,52 @@ def test_bearings_are_righted_but_where_a_turn_begins(late_s):
 
 
 def test_what_was_put_right_is_said():
-    finding = Late(1.5, 20.0, np.radians(2.0), named=True, righted=True).finding
-    assert not finding.holds
-    assert "headings are 1.5 s late: bearings, which are off by up to 2 degrees as told, are taken" in finding.sentence
+    late = Late(1.5, 20.0, np.radians(2.0), named=True, righted_s=-math.inf)
+    assert not late.finding.holds
+    said = "headings are 1.5 s late: bearings, which are off by up to 2 degrees as told, are taken with the headings"
+    assert f"{said} that it had then." in late.finding.sentence
+    assert f"{said} that it had then, from 50 s on." in late._replace(righted_s=50.0).finding.sentence
+
+
+@pytest.mark.parametrize("late_s", [1.0, 2.0, -1.0])
+def test_headings_are_put_right_as_scans_come(late_s):
+    """As in the whole recording with the delay that was found, from where it was; no scan is lost."""
+    scans, righting = sailed(late_s, alarms=10), Righting()
+    come, before = [], 0
+    for scan in righting.righted(iter(scans), lambda: (RANGE_SD_M, BEARING_SD)):
+        come.append(scan)
+        before += math.isnan(righting.late.righted_s)
+    assert [scan.time_s for scan in come] == [scan.time_s for scan in scans]
+    assert righting.late.late_s == pytest.approx(late_s, abs=0.1 + 0.15 * abs(late_s))
+    assert before < 3 * EVERY
+    assert all(now is told for now, told in zip(come[: before - 1], scans, strict=False))
+    whole = [*Righted(scans, righting.late.late_s)]
+    for now, then in zip(come[-EVERY:], whole[-EVERY:], strict=True):
+        off = (now.bearing_rad - then.bearing_rad + np.pi) % TURN_RAD - np.pi
+        assert np.abs(off).max() < 0.25 * np.radians(1.2)  # a delay of a quarter of a second, as it is found better
+    seen = righting.seen(survey(scans[:10]), RANGE_SD_M, BEARING_SD)
+    assert len(seen.passed) == SCANS
+    assert not seen.headings.finding.holds
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_right_headings_stay_as_scans_come(seed):
+    scans, righting = sailed(0.0, seed=seed, alarms=10), Righting()
+    come = [*righting.righted(iter(scans), lambda: (RANGE_SD_M, BEARING_SD))]
+    assert all(now is told for now, told in zip(come, scans, strict=True))
+    assert righting.seen(survey(scans[:10]), RANGE_SD_M, BEARING_SD).headings.finding.holds
+
+
+def test_a_scan_waits_for_the_headings_that_its_ship_had():
+    """Two seconds late, 2.5 s apart: for one more scan; what waits when the source fails comes before its failure."""
+    scans = sailed(2.0)
+
+    def failing():
+        yield from scans[:61]
+        raise DataError("gone")
+
+    righting, taken = Righting(), []
+    live = righting.righted(failing(), lambda: (RANGE_SD_M, BEARING_SD))
+    with pytest.raises(DataError):
+        taken.extend(iter(live))
+    assert [scan.time_s for scan in taken] == [scan.time_s for scan in scans[:61]]

@@ -20,7 +20,6 @@ from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import seen_from
 from elusive.systems.radar.bunches import MOST, NEAR_M, Bunches
 from elusive.systems.radar.given import given_findings, seen_finding, times_finding
-from elusive.systems.radar.headings import headings_finding
 from elusive.systems.radar.rates import doppler_finding
 from elusive.systems.radar.registered import fixed_finding
 from elusive.systems.radar.still import still_finding
@@ -85,7 +84,7 @@ def findings_of(
     found += [] if water is None else [fixed_finding(seen.fixed, seen.way[0, 1:], water)]
     if seen.passed:
         errors = plot_errors(seen, sensor)
-        found += [still_finding(seen.passed, *errors), seen.headings or headings_finding(seen.passed, *errors)]
+        found += [still_finding(seen.passed, *errors), seen.headings.finding]
     known = list(innovations)
     if found[0].holds and found[1].holds:
         found.append(times_finding(seen.given, known))

@@ -24,9 +24,11 @@ from elusive.geometry.local_frame import LocalFrame
 from elusive.sensors.radar_scans import RadarScan
 from elusive.sensors.radar_view import wrapped
 from elusive.systems.radar.first_pass import FEWEST, grounded, heard_by, looked_at
+from elusive.systems.radar.headings import Late
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import patched
-from elusive.systems.radar.survey import HALF, held, survey
+from elusive.systems.radar.righted import look_through
+from elusive.systems.radar.survey import HALF
 
 SEARCH_M, SEARCH_RAD = 200.0, 0.05  # of a bias
 CELLS = 40  # along each axis of the histogram that a bias is first read from
@@ -63,12 +65,11 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
     DataError
         If too few plots follow each other as those of a ship do.
     """
-    seen = survey(scans)
+    asked = RadarTracking()
+    scans, seen = look_through(scans, asked.radar)
     if seen.errors is None:
         raise DataError(f"{name}: too few plots follow each other as a ship's do; give more scans.")
-    scans = held(scans, seen)
     bound = lambda parameters: (parameters.bind(parameters.radar.bind(seen), None), water)  # noqa: E731
-    asked = RadarTracking()
     if water is None:  # the places of ground are the recording's alone, and not told
         asked, seen = grounded(asked, seen, scans, charted=False)
     begin, seen = looked_at(bound, scans, asked, seen, HALF)
@@ -102,6 +103,8 @@ def fit_radar(scans: Iterable[RadarScan], name: str, known: Array | None = None,
         "false_alarm_lives": lives,
         "false_alarm_wakes": wakes,
     }
+    if seen.headings.named:
+        values.append(_late(seen.headings))
     if known is not None and len(known):
         values += _told(bias_of(scans, known, range_sd, bearing_sd / 1000))
     return Fit(tuple(values), {"radar": radar})
@@ -153,6 +156,14 @@ def bias_of(scans: Iterable[RadarScan], known: Array, range_sd_m: float, bearing
     n = int(there.sum())
     se = np.sqrt(n / (n - 1) * (sums[there] ** 2).sum(axis=0)) / member.sum()
     return Bias(float(mean[0]), float(se[0]), float(mean[1]), float(se[1]), n)
+
+
+def _late(late: Late) -> Fitted:
+    """Return how late headings are, as it is shown: no option says it, and each run finds it."""
+    how = "plots as the ship turns; " + (
+        "the ship's course, for no heading is told" if math.isnan(late.righted_s) else "bearings are put right"
+    )
+    return Fitted("", "delay of headings [s]", f"{late.late_s:+.1f}", math.nan, how)
 
 
 def _told(bias: Bias | None) -> list[Fitted]:

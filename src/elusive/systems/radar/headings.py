@@ -10,14 +10,15 @@ apart in time tell most: the ship has begun to turn, or ended, between them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from elusive.checks import Finding
 from elusive.contracts import Array
-from elusive.sensors.radar_scans import TURN_RAD, RadarScan
+from elusive.report.clock import moment
+from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.straight import OVERLAP
 from elusive.systems.radar.triples import PLOTS, POOR, Plots, candidates, differences
 
@@ -62,19 +63,20 @@ class Late(NamedTuple):
     """How late headings are."""
 
     late_s: float = 0.0
-    gain: float = 0.0  # logarithm of the likelihood ratio to none
+    gain: float = 0.0  # logarithm of the likelihood ratio to none, or to what was assumed
     most_rad: float = 0.0  # that bearings are off by
     named: bool = False  # whether that is clear, and matters
-    righted: bool = False  # whether bearings are taken with the headings that the ship had
+    righted_s: float = math.nan  # time from which bearings are taken with the headings that the ship had; NaN: never
 
     @property
     def finding(self) -> Finding:
         """What there is to say."""
         by = f"{abs(self.late_s):.1f} s {'late' if self.late_s > 0 else 'early'}"
         most = f"by up to {math.degrees(self.most_rad):.2g} degrees"
+        since = f", from {moment(self.righted_s)} on" if math.isfinite(self.righted_s) else ""
         meaning = (
-            f"bearings, which are off {most} as told, are taken with the headings that it had then."
-            if self.righted
+            f"bearings, which are off {most} as told, are taken with the headings that it had then{since}."
+            if not math.isnan(self.righted_s)
             else f"as told, the whole picture turns with the ship, {most}. Ships are lost and begun anew, or are where "
             "none is."
         )
@@ -85,28 +87,7 @@ class Late(NamedTuple):
         )  # fmt: skip
 
 
-class Righted:
-    """Scans with bearings by the headings that their ship had, read afresh at each iteration.
-
-    Parameters
-    ----------
-    scans
-        As told.
-    late_s
-        How late their headings are.
-    """
-
-    def __init__(self, scans: Iterable[RadarScan], late_s: float) -> None:
-        self._scans, self._late_s, self._told = scans, late_s, _told(scans)
-
-    def __iter__(self) -> Iterator[RadarScan]:
-        for scan in self._scans:
-            told, had = (np.interp(scan.times_s + late, *self._told) for late in (0.0, self._late_s))
-            bearing = (scan.bearing_rad + had - told) % TURN_RAD
-            yield scan._replace(bearing_rad=np.where(bearing < TURN_RAD, bearing, 0.0))
-
-
-def late_headings(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad: float) -> Late:
+def late_headings(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad: float, assumed_s: float = 0.0) -> Late:
     """Judge headings of a ship that turns, by how plots go on when it does.
 
     Parameters
@@ -115,27 +96,25 @@ def late_headings(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad:
         Of the way.
     range_sd_m, bearing_sd_rad
         How far plots err.
+    assumed_s
+        How late headings are taken to be already: to that another delay is compared.
     """
-    told = _told(scans)
+    told = told_headings(scans)
     turning = _turning(scans, told) if len(told.T) > 1 else None
     if turning is None:
         return Late()
     sd = np.array([range_sd_m, bearing_sd_rad])
-    tried = {0.0: turning.likelihood(0.0, told, sd)}
+    tried = {assumed_s: turning.likelihood(assumed_s, told, sd)}
     for more in (COARSE_S, FINE_S):
         best = max(tried, key=lambda one: tried[one])
         tried |= {late: turning.likelihood(late, told, sd) for late in (best + more).tolist() if late not in tried}
     late_s = max(tried, key=lambda one: tried[one])
-    gain, most = tried[late_s] - tried[0.0], float(np.abs(turning.turned(late_s, told) * turning.scale).max())
+    gain, off = tried[late_s] - tried[assumed_s], turning.turned(late_s, told) - turning.turned(assumed_s, told)
+    most = float(np.abs(off * turning.scale).max())
     return Late(late_s, gain, most, bool(gain > CLEAR and most > NOTED * bearing_sd_rad))
 
 
-def headings_finding(scans: Sequence[RadarScan], range_sd_m: float, bearing_sd_rad: float) -> Finding:
-    """Return what :func:`late_headings` has to say."""
-    return late_headings(scans, range_sd_m, bearing_sd_rad).finding
-
-
-def _told(scans: Iterable[RadarScan]) -> Array:
+def told_headings(scans: Iterable[RadarScan]) -> Array:
     """Return times and headings without jumps, ``(2, k)``; courses, where no scan has a heading."""
     known = [
         (scan.time_s, math.atan2(np.sin(angles).mean(), np.cos(angles).mean()))

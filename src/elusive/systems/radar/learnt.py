@@ -18,6 +18,7 @@ from elusive.systems.radar.ground import Fixed
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
+from elusive.systems.radar.righted import Righting
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import RadarSurvey
 from elusive.systems.radar.triples import Triples
@@ -54,7 +55,7 @@ class Learnt:
         self.parameters, self.seen = fitted(asked, first, seen, around, outline)
         self._asked = standing_asked(asked.radar, charted=around.charted is not None)
         self._fixed = Fixed.of(asked.radar.bind(self.seen), first) if self._asked else None
-        self.counts = Counts(memory_scans=MEMORY)
+        self.counts, self.headings = Counts(memory_scans=MEMORY), Righting()
         self._errors: Triples | None = Triples()
         self._scans, self._first, self._fit_at = 0, len(first), len(first)
 

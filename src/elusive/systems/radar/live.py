@@ -17,7 +17,7 @@ from elusive.results import TrackLog
 from elusive.results.live import LiveEnd, LiveStep, finished, follow_live, live_folder
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.checks import findings_of, in_view, innovation
+from elusive.systems.radar.checks import findings_of, in_view, innovation, plot_errors
 from elusive.systems.radar.ground import ground_finding
 from elusive.systems.radar.kept import ConstraintsKept
 from elusive.systems.radar.learnt import LOOK, TELLING, Learnt
@@ -55,7 +55,8 @@ def follow_radar(
     A scan is complete when a later plot comes. The first ten scans are waited for where something of the radar is not
     told, which is found in them and learnt from then on, where it is not told whether ships are hulls, and with a
     chart, of which they show the land in view; ten more where too few plots follow each other in them to show a
-    radar's errors, and forty in all where plots come in bunches: ships leave a place, and surf or rain stay.
+    radar's errors, and forty in all where plots come in bunches: ships leave a place, and surf or rain stay. From where
+    headings are known to be late on, each scan is waited for until those are told that its ship had.
 
     Parameters
     ----------
@@ -126,7 +127,8 @@ def follow_radar(
         return tracker, known.parameters
 
     def steps() -> Iterator[Step]:
-        for step in track_radar(chain(first, heard), tracker, known.parameters, around, memory, fusion, learn):
+        coming_right = known.headings.righted(chain(first, heard), lambda: plot_errors(known.seen, sensor))
+        for step in track_radar(coming_right, tracker, known.parameters, around, memory, fusion, learn):
             turns.add(step.measurement)
             beliefs = {target.life.track: target for target in step.state.belief.targets}
             sure = [beliefs[track.track] for track in step.tracks if track.status == "confirmed"]
@@ -141,7 +143,8 @@ def follow_radar(
         TrackLog(tracker.state_names, "m", ADDED, path=folder / "tracks.csv", live=True, keeps=False) as log,
     ):
         end = follow_live(steps(), coming, log, on_step)
-        findings = findings_of(known.seen, sensor, around.water, innovations, known.counts.bunches)
+        seen = known.headings.seen(known.seen, *plot_errors(known.seen, sensor))
+        findings = findings_of(seen, sensor, around.water, innovations, known.counts.bunches)
         findings += (known.counts.finding(sensor, around.water, known.seen.way[:, 1:]),)
         findings += (turns.finding,)
         told = known.parameters.radar

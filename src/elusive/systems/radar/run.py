@@ -13,14 +13,12 @@ from elusive.io.ship_truth import read_ship_truth
 from elusive.results import TrackLog
 from elusive.sensors.radar_scans import RadarScan
 from elusive.systems.radar.ais import AisFusion
-from elusive.systems.radar.checks import plot_errors
 from elusive.systems.radar.first_pass import fitted
-from elusive.systems.radar.headings import Righted, late_headings
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.results import RadarOutcome, RadarRun
+from elusive.systems.radar.righted import look_through
 from elusive.systems.radar.setting import bind_all, charts_in, check_place, frame_of
 from elusive.systems.radar.ships import ADDED
-from elusive.systems.radar.survey import held, survey
 from elusive.systems.radar.track import track_radar
 from elusive.tracking.reports import Report
 
@@ -82,14 +80,7 @@ def track_radar_recording(
     given = None if radar_lon_deg is None or radar_lat_deg is None else (radar_lon_deg, radar_lat_deg)
     frame = frame_of(source, given, "charts" if charts else "ais" if ais is not None else "")
     around, outline = charts_in(parameters, charts, frame)
-    seen = survey(_looked_through(on_scan, source), outline)
-    scans = held(source, seen)
-    late = late_headings(seen.passed, *plot_errors(seen, parameters.radar.bind(seen)))
-    if late.named and any(scan.heading_rad is not None for scan in seen.passed):
-        righted = Righted(scans, late.late_s)
-        seen, late = survey(righted, outline), late._replace(righted=True)
-        scans = held(righted, seen)
-    seen = seen._replace(headings=late.finding)
+    scans, seen = look_through(source, parameters.radar, outline, _looked_through(on_scan, source))
     check_place(source.name, seen, around)
     known = None
     if truth is not None:

@@ -17,6 +17,7 @@ from elusive.systems.radar import bunches
 from elusive.systems.radar.alternating import Alternating
 from elusive.systems.radar.bunches import Bunches, at_sea
 from elusive.systems.radar.given import Gathered, Given
+from elusive.systems.radar.headings import Late
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.registered import FixedPlaces
 from elusive.systems.radar.triples import PlotErrors, Triples
@@ -46,7 +47,7 @@ class RadarSurvey(NamedTuple):
     alternate: Finding = Alternating().finding
     found: tuple[str, ...] = ()  # what of the radar was not told, and is as they show
     assumed: tuple[str, ...] = ()  # what was not told, and they do not show
-    headings: Finding | None = None  # whether they are late; None: that was not looked at
+    headings: Late = Late()  # how late they are
 
     @property
     def hulls(self) -> bool:
