@@ -9,7 +9,7 @@ from elusive.errors import ParameterError
 from elusive.sensors.radar_scans import RadarPlot, scan_of
 from elusive.sensors.range_bands import BANDS
 from elusive.systems.radar.first_pass import fitted
-from elusive.systems.radar.lives import ERRORS, as_lived, gone_on, lasting_finding, short_lives
+from elusive.systems.radar.lives import ERRORS, Lives, as_lived, gone_on, lasting_finding, short_lives
 from elusive.systems.radar.moving import Ways
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.recorded import RecordedRadar
@@ -17,6 +17,8 @@ from elusive.systems.radar.setting import bind_all
 from elusive.systems.radar.ships import Surroundings
 from elusive.systems.radar.survey import survey
 from elusive.systems.radar.track import track_radar
+from elusive.tracking.detection_targets import Target
+from elusive.tracking.lifecycle import Life
 from elusive.tracking.track import Track
 
 WATCHED = 100  # scans
@@ -168,3 +170,19 @@ def test_groups_of_waves_are_hardly_ships(seed):
     wrong, found = shown(scans, truth, RadarTracking(particles=400))
     assert wrong < before / 10
     assert found > 0.8
+
+
+@pytest.mark.parametrize("stands", [0.0, 1.0])
+def test_what_stands_does_not_say_how_often_ships_are_seen(stands):
+    """A ship that is seen in nine of ten scans, and an echo that is in three."""
+    lives, none = Lives(1.0), (np.zeros((0, 4)), np.zeros(0))
+    for k in range(100):
+        seen = (k % 10 > 0, k % 10 < 3)
+        there = [
+            Target(Life(n, "confirmed"), 1.0, *none, np.zeros(4), np.eye(4), none[1], hit - 1, 0.0, 1.0, False, 0.0)
+            for n, hit in zip((3, 4), seen, strict=True)
+        ]
+        lives.add({3: (k, 0), 4: (k, 0)}, there, ANYHOW, {4: stands})
+    detected, trials, _ = lives.sorted_out(every=True)
+    assert trials == pytest.approx(200 - 100 * stands)
+    assert detected == pytest.approx(0.9 if stands else 0.6, abs=0.01)

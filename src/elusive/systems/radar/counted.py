@@ -1,6 +1,7 @@
 """What a tracker's steps say of a radar: how often it sees ships, and how many plots are of nothing, by their range.
 
-Plots of nothing: those of no confirmed track, less those by which a track that is confirmed later began.
+Plots of nothing: those of no confirmed track, less those by which a track that is confirmed later began, and those that
+come where plots do all along.
 """
 
 from __future__ import annotations
@@ -81,15 +82,20 @@ class Counts:
         Returns
         -------
         RadarScan
-            Its scan without plots of ground and wakes.
+            Its scan without plots of ground, of what stands, and of wakes.
         """
-        ground, wakes = (None, None) if radar is None else (radar.ground(sensor), radar.trails(sensor))
+        ground = wakes = still = None
+        if radar is not None:
+            ground, wakes, still = radar.ground(sensor), radar.trails(sensor), radar.standing(sensor)
         scan, targets = step.measurement, step.state.belief.targets
         confirmed = [one for one in targets if one.life.status == "confirmed"]
         there = [one for one in targets if in_view(one, scan, sensor)]
-        self._lives.add(step.state.ages, there, step.state.ways)
+        stands = {track.track: track.extra.get("stands", 0.0) for track in step.tracks}
+        self._lives.add(step.state.ages, there, step.state.ways, stands)
         left = self._at_sea(scan, sensor, water) & ~explained(scan, sensor, confirmed).any(axis=0)
-        theirs = np.zeros_like(left) if ground is None else ground.theirs(scan)
+        theirs = np.zeros_like(left)
+        for echoes in (ground, still):
+            theirs |= False if echoes is None else echoes.theirs(scan)
         left &= ~theirs
         if not isinstance(sensor, HullRadar):  # whose plots lie behind where its hull is told too short
             moves = {track.track: track.extra.get("moves", 1.0) for track in step.tracks}

@@ -23,6 +23,7 @@ from elusive.sensors.range_bands import BANDS, SECTORS
 from elusive.systems.radar.bunches import MOST, Bunches
 from elusive.systems.radar.counted import OPEN_SEA, Counts, Heard
 from elusive.systems.radar.ground import Fixed, Ground
+from elusive.systems.radar.ground_echoes import GroundEchoes
 from elusive.systems.radar.land import land_shares
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.patches import beside
@@ -188,7 +189,10 @@ def heard_by(
 def grounded(
     parameters: RadarTracking, seen: RadarSurvey, scans: Iterable[RadarScan], *, charted: bool
 ) -> tuple[RadarTracking, RadarSurvey]:
-    """Find what stands in a recording, without a chart the ground in it, and what plots beside that show of a radar."""
+    """Find what stands in a recording, without a chart the ground in it, and what plots beside these show of a radar.
+
+    Errors are those of plots that are not of what stands: a rock's wander, and it hides others.
+    """
     asked = standing_asked(parameters.radar, charted=charted)
     if not asked:
         return parameters, seen
@@ -199,12 +203,13 @@ def grounded(
         for scan in passed:
             fixed.add(scan, sensor.places(scan)[0])
         parameters = parameters.replace(radar=parameters.radar.replace(**stood(fixed, sensor, asked)))
-        if not parameters.radar.false_alarm_ground:
+        ground, still = parameters.radar.ground(sensor), parameters.radar.standing(sensor)
+        if charted or still is None:
             break
         triples, bunched = Triples(), Bunches()
         for scan in passed:
-            rest = rest_of(scan, parameters, sensor)
-            triples.add(rest)
+            triples.add(rest_of(scan, still))
+            rest = rest_of(scan, ground)
             bunched.add(rest, sensor.places(rest)[0], np.ones(rest.detections, dtype=bool))
         seen = seen._replace(errors=triples.fit() or seen.errors, bunched=bunched.share)
     return parameters, seen
@@ -246,22 +251,22 @@ def looked_at(
     tracker, water = bound(parameters)
     counts, sensor = Counts(sea), tracker.sensor
     assert isinstance(sensor, RadarSensor)
+    ground, still = parameters.radar.ground(sensor), parameters.radar.standing(sensor)
     for scan in islice(scans, first):
-        counts.look(rest_of(scan, parameters, sensor), sensor, water)
+        counts.look(rest_of(scan, ground), sensor, water)
     heard = counts.heard(land_shares(sensor, water, BANDS, SECTORS, seen.way[:, 1:]), sensor)
     patches = heard.alarms.patches if "false_alarm_patches" in parameters.radar.unplaced else ()
     if patches:
         triples = Triples()
         for scan in islice(scans, first):
-            triples.add(beside(rest_of(scan, parameters, sensor), patches))
+            triples.add(beside(rest_of(scan, still or ground), patches))
         seen = seen._replace(errors=triples.fit() or seen.errors)
     return {"false_alarms": max(heard.alarms.false, FEWEST), **spread(parameters.radar, heard)}, seen
 
 
-def rest_of(scan: RadarScan, parameters: RadarTracking, sensor: RadarSensor) -> RadarScan:
-    """Return a scan without the plots of ground."""
-    ground = parameters.radar.ground(sensor)
-    return scan if ground is None else scan.select_detections(np.flatnonzero(~ground.theirs(scan)))
+def rest_of(scan: RadarScan, echoes: GroundEchoes | None) -> RadarScan:
+    """Return a scan without the plots of some places."""
+    return scan if echoes is None else scan.select_detections(np.flatnonzero(~echoes.theirs(scan)))
 
 
 def spread(told: RecordedRadar, heard: Heard) -> dict[str, tuple[object, ...]]:

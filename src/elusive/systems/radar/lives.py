@@ -35,6 +35,7 @@ SHIPS_MPS, SLOWEST_MPS = 8.0, 0.3  # deviation of a ship's velocity on each axis
 LEAST = 1e-9
 KNOWN, SURE = 0.9, 0.9  # existence from which a miss is one; probability of a ship from which its track is confirmed
 
+NOTHING: Mapping[int, float] = {}
 Ages = Mapping[int, tuple[int, int]]  # of each confirmed track: scans since then, and the band in which it was
 
 
@@ -129,8 +130,22 @@ class Lives:
         # band, scans of life, whether it ended; hits and trials of late; scan and place, first and last; velocity
         self._each = dict[int, Array]()
 
-    def add(self, ages: Ages, targets: Sequence[Target], ways: Mapping[int, Ways]) -> None:
-        """Take a scan in: how old confirmed tracks are, the targets where the radar looks, and how they may move."""
+    def add(
+        self, ages: Ages, targets: Sequence[Target], ways: Mapping[int, Ways], stands: Mapping[int, float] = NOTHING
+    ) -> None:
+        """Take a scan in.
+
+        Parameters
+        ----------
+        ages
+            How old confirmed tracks are.
+        targets
+            Where the radar looks.
+        ways
+            How they may move.
+        stands
+            Probability that each is an echo that stands, which is seen as often as it likes; none: 0.
+        """
         self._scan += 1
         for row in self._each.values():
             row[3:5] *= self._fade
@@ -144,7 +159,7 @@ class Lives:
                 velocity, known = ways[number].velocities(target.mean[None, :4], target.covariance[None, :4, :4])
                 row[11:13], row[13:] = velocity[0], known.ravel()
                 if target.existence > KNOWN:
-                    row[3:5] += target.detection >= 0, 1
+                    row[3:5] += (1 - stands.get(number, 0.0)) * np.array([target.detection >= 0, 1])
             elif target.life.status == "deleted" and number in self._each:
                 self._each[number][2] = 1.0
         while len(self._each) > LATEST:
