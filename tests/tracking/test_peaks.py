@@ -256,15 +256,20 @@ def test_where_nothing_moves_nothing_is_shown() -> None:
         assert not any(track.extra["shown"] for belief in beliefs for track in belief.tracks)
 
 
-@pytest.mark.parametrize(("seen", "existence", "first"), [(True, 0.35, True), (True, 0.1, False), (False, 0.35, False)])
-def test_what_is_shown_keeps_its_number_though_a_younger_one_is_likelier_for_a_frame(
-    seen: bool, existence: float, first: bool
+@pytest.mark.parametrize(
+    ("seen", "rested", "existence", "first"),
+    [(True, 90.0, 0.35, True), (True, 90.0, 0.1, False), (False, 90.0, 0.35, False), (False, 80.0, 0.35, True)],
+)
+def test_what_is_shown_or_moves_keeps_its_number_though_a_younger_one_is_likelier_for_a_frame(
+    seen: bool, rested: float, existence: float, first: bool
 ) -> None:
     """As where it is missed for two frames: a double that had to show anew that it moves took its place."""
     targets = PeakTargets.none(1, 1)._replace(
         number=np.array([1, 2]), age=np.array([40, 4]), place=np.array([[[50.0, 40.0]], [[50.6, 40.3]]]),
         velocity=np.ones((2, 1, 2)), weight=np.ones((2, 1)), visible=np.array([existence, 0.8]), hidden=np.zeros(2),
         evidence=np.array([90.0, 8.0]), scale=np.ones(2), bright=np.ones(2, np.bool_), shown=np.array([seen, False]),
+        resting=np.tile([[rested], [8.0]], int(SceneTracker().motions.rests.sum())), farthest=np.full(2, 30.0),
+        hop=np.full(2, 3.0),
     )  # fmt: skip
     kept = SceneTracker().kept(targets, np.zeros(2), SHAPE)
     assert kept.tolist() == [first, not first]

@@ -58,7 +58,7 @@ class EmpiricalNull(Model):
     supposed: Positive = Field(3.5, description="Median excess over the level that is supposed beforehand [nats]")
     supposed_tracks: int = Field(3, ge=0, description="How many tracks that supposition counts for")
     supposed_independent: int = Field(
-        200, ge=0, description="How many tracks are supposed to have evidence a frame independent of moving"
+        60, ge=0, description="How many tracks are supposed to have evidence a frame independent of moving"
     )
     supposed_share: Probability = Field(
         0.15, description="Share over the level of the tracks that a clean recording lacks"

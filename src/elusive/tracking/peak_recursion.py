@@ -31,7 +31,8 @@ ROUNDS, TOLERANCE = 30, 1e-3  # of the messages of association
 LEAST_ODDS = 1e-30
 LEAST_EXISTENCE = 1e-4  # of what is followed
 HOPELESS = 0.1  # of the least existence of what begins, below which a guess is followed no more
-LIKELY, LOST = 0.5, 0.2  # existence from which a track is not given up for a younger one; what is shown
+LIKELY, LOST = 0.5, 0.2  # existence from which a track is not given up for a younger one; what is shown or moves
+STRONG = 3.0  # log evidence of moving from which it does, shown or not: odds of 20 (Kass and Raftery, 1995)
 RECENT = 0.15  # weight of the latest peak in what is known of a target's looks
 NEWS = 1 / PeakFinder().memory  # ... of the latest frame in whether it is news
 SWEPT_PX, LEAST_PX = 10.0, 1e-6  # way of the camera over which it is known how far a target strays
@@ -233,8 +234,9 @@ class PeakRecursion(Model):
         """Say which targets are followed on: in the frame, likely enough, no double of another, not too many.
 
         A guess against which its frames speak is not, once it is a tenth as likely as the least of those that begin
-        now: were it right after all, it would begin anew and be likelier. What is shown and was missed for a frame or
-        two keeps its number, and what is known of its motion, against what has begun on its own peaks.
+        now: were it right after all, it would begin anew and be likelier. What is shown, or moves by all that is known
+        of it, and was missed for a frame or two keeps its number, and what is known of its motion, against what has
+        begun on its own peaks.
         """
         existence, place = targets.existence, targets.mean_place
         x, y = (place + offset_px).T
@@ -244,7 +246,8 @@ class PeakRecursion(Model):
         least = HOPELESS * begun.min() if len(begun) else 0.0
         kept = (existence > LEAST_EXISTENCE) & ((existence > least) | (targets.evidence >= 0.0))
         kept &= (x > -out) & (y > -out) & (x < columns - 1 + out) & (y < rows - 1 + out)
-        likely = (existence > LIKELY) | (targets.shown & (existence > LOST))
+        moves = targets.shown | (targets.moving(self.motions.leash) > STRONG)
+        likely = (existence > LIKELY) | (moves & (existence > LOST))
         rank = existence + np.where(likely, 1e3 + np.maximum(targets.evidence, 0.0), 0.0)
         kernels.leave_doubles(
             np.argsort(-rank), np.argsort(place[:, 0]), place, targets.mean_velocity, targets.scale, targets.bright,
