@@ -97,7 +97,8 @@ class LinearLinks(LinkSensor):
         grid = float(bounds[0]), float(bounds[2]), float(voxel_m), shape[0], shape[1]
         lists = by_voxel.indptr.astype(np.int32), by_voxel.indices.astype(np.int32), by_voxel.data
         self._tables = (bell, grid, *lists)
-        self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * np.asarray(by_voxel.power(2).sum(axis=1)).ravel()
+        self.squared_weights = np.asarray(by_voxel.power(2).sum(axis=1)).ravel()  # (L,) of each link's voxels
+        self._variance = model.noise_sd_db**2 + model.voxel_sd_db**2 * self.squared_weights
         self.temper = self._independent_share(bounds, voxel_m) if model.temper is None else float(model.temper)
 
     def expected_at(self, places: Array) -> Array:

@@ -81,6 +81,17 @@ def radiated(seed, amplitude_db, users=2, nodes=12, **radiation):
     return Log(frames, channels=tuple("0123")), room.bind().nodes
 
 
+def room_of(network, size_m, users, seed, frames=100):
+    room = LinkSimulation(
+        walks={
+            "users": users, "total_positions": frames, "step_distance_m": 0.3, "standing_probability": 0.5,
+            "mean_standing_steps": 15, "latest_entrance": 30, "area": Area.rectangle(0, size_m[0], 0, size_m[1]),
+        },
+        network=network, radiation={"link_noise_db": 2.0}, fade_sd_db=2, calibration_steps=EMPTY, seed=seed,
+    )  # fmt: skip
+    return Log(list(room.frames(room.images(room.truth())))), room.bind().nodes
+
+
 @pytest.mark.parametrize(("seed", "amplitude_db"), [(1, 0.7), (1, 3.0), (2, 3.0)])
 def test_radiation_is_known_and_its_amplitude_and_noise_found(seed, amplitude_db):
     """In the second room two stand side by side in the frames in which most happens."""
@@ -89,6 +100,31 @@ def test_radiation_is_known_and_its_amplitude_and_noise_found(seed, amplitude_db
     assert found.explained >= EXPLAINED
     assert found.model.amplitude_db == pytest.approx(amplitude_db, rel=0.1)
     assert found.model.voxel_sd_db == pytest.approx(0.1, rel=0.2)
+
+
+@pytest.mark.parametrize("covered", ["nodes", "area"])
+def test_voxels_end_at_the_nodes_or_go_on_beyond(tmp_path, covered):
+    """On a border they are those of the room; by voxels beyond it people near the walls were 17 dB, and .1 m off."""
+    network = {"kind": "border", "nodes": 12}
+    if covered == "area":
+        places = [(x, y) for x in (1.5, 3.2, 4.8, 6.5) for y in (1.5, 3.0, 4.5)]
+        (tmp_path / "nodes.csv").write_text(
+            "\n".join(["node,x_m,y_m", *(f"{k},{x},{y}" for k, (x, y) in enumerate(places))])
+        )
+        network = {"kind": "file", "path": str(tmp_path / "nodes.csv")}
+    log, nodes = room_of(network, (8, 6), users=2, seed=3)
+    found = voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    assert found.model.covered == covered
+    given = LinkTracking(area=LinkTracking().area_of(nodes))
+    assert voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, given).model.covered == "area"
+
+
+def test_two_who_stand_together_are_no_stronger_one():
+    """In half of the frames three people are near each other: their median was 29 dB."""
+    log, nodes = room_of({"kind": "border", "nodes": 10}, (5, 4), users=3, seed=14)
+    found = voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
+    assert found.model.amplitude_db == pytest.approx(20, rel=0.03)
+    assert 0 < found.amplitude_sd_db < 1
 
 
 def test_shadowed_links_are_no_sums_over_voxels():

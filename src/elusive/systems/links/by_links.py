@@ -18,7 +18,7 @@ from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibration
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.sensors.field_of_view import FieldOfView
-from elusive.sensors.linear_links import LinkRadiation
+from elusive.sensors.linear_links import LinearLinks, LinkRadiation
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
 from elusive.sensors.radio_network import RadioNodes
@@ -36,6 +36,7 @@ KEPT = 0.5  # share of the error of a place that is kept from frame to frame, wh
 # while nobody is tracked: existence below which somebody is forgotten, of whom one frame of noisy radios tells little;
 # and side of the cells in which such guesses come together, over that of those in which newcomers are looked for
 FAINT, UNSEEN_CELLS = 1e-3, 2.0
+Covered = Literal["area", "nodes"]
 NOBODY = 1e-6  # existence of whom the room was taken for
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
@@ -78,6 +79,33 @@ class VoxelRadiation(LinkRadiation):
     """What a person does to voxels that links add up: the model of the thesis, and of simulated logs."""
 
     weights: EllipseWeights = Field(EllipseWeights(), description="Voxels, and how they weigh on links")
+    covered: Covered = Field("area", description="Where voxels are: all over the area, or between the nodes alone")
+
+    def within(self, nodes: RadioNodes, area: Area) -> Area:
+        """Return the part of an area that voxels cover: beyond it nobody is seen.
+
+        Raises
+        ------
+        DataError
+            If all nodes stand in a row, and voxels lie between them alone.
+        """
+        if self.covered == "area":
+            return area
+        (x0, y0), (x1, y1) = nodes.positions_m.min(axis=0), nodes.positions_m.max(axis=0)
+        if min(x1 - x0, y1 - y0) <= 0:
+            raise DataError("covered: the nodes stand in a row, with no voxels between them; give 'area'.")
+        return Area.rectangle(float(x0), float(x1), float(y0), float(y1))
+
+    def on(self, nodes: RadioNodes, area: Area) -> LinearLinks:
+        """Set the model on a network, with voxels all over an area.
+
+        Raises
+        ------
+        DataError
+            If no link passes the voxels.
+        """
+        weights = self.weights.sparse(nodes, self.weights.grid(area))
+        return self.links(weights, area.bounds_m, self.weights.voxel_m)
 
 
 Effects = Annotated[LinkShadowing | VoxelRadiation, Field(discriminator="kind")]
@@ -130,8 +158,8 @@ class LinksMethod(Model):
         """
         effect = self.effect
         if isinstance(effect, VoxelRadiation):
-            weights = effect.weights.sparse(nodes, effect.weights.grid(area))
-            sensor: AdditiveSensor = effect.links(weights, area.bounds_m, effect.weights.voxel_m)
+            area = effect.within(nodes, area)
+            sensor: AdditiveSensor = effect.on(nodes, area)
         elif empty is None:
             raise DataError("calibration: shadowing needs the levels of the empty room; calibrate on a log.")
         else:

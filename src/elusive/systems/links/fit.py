@@ -162,7 +162,8 @@ def voxels_of_frames(
     quiet, losses = (
         np.array([changing.step(rss, frame).change for frame in some]) for some in (rss.calibration.alone(empty), after)
     )
-    return voxels_of(quiet, losses, nodes, tracking.area_of(nodes), model or VoxelRadiation())
+    area, given = tracking.area_of(nodes), tracking.area is not None
+    return voxels_of(quiet, losses, nodes, area, model or VoxelRadiation(), given=given)
 
 
 def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking) -> tuple[LinkTracking, str]:
@@ -191,9 +192,7 @@ def fitted_at_the_start(log: LinkLog, nodes: RadioNodes, tracking: LinkTracking)
         return tracking, ""
     if fitted.fit is not None:
         return fitted.tracking, f"shadowing, fitted to {most} frames of the log"
-    voxels = fitted.voxels
-    words = f"radiation of {voxels.model.amplitude_db:.2g} dB; voxels explain {voxels.explained:.0%} of the log"
-    return fitted.tracking, words
+    return fitted.tracking, fitted.voxels.described
 
 
 def fit_link_log(

@@ -17,7 +17,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.sensors.radio_network import RadioNodes
 from elusive.systems.links.by_links import VoxelRadiation
-from elusive.systems.links.site import EXPLAINED, MOST_BUSY, Matched, Matching, Voxels, busy_power
+from elusive.systems.links.site import EXPLAINED, MOST_BUSY, Coverings, Matched, Voxels, best_of, busy_power
 
 FRAMES = 10  # with somebody, at least: who comes in is half outside, and tells too little of the amplitude
 SHARE_SD = 0.1  # of a frame's share about the log's: .12 in a basement, .09 in rooms of rays
@@ -31,13 +31,13 @@ class Look(NamedTuple):
     """What was seen so far."""
 
     empty: Array  # (K, L) losses of the undirected links with nobody there
-    busy: tuple[Matched, ...] = ()  # frames with somebody
+    busy: tuple[tuple[Matched, ...], ...] = ()  # frames with somebody, matched by each covering
     now: bool = False  # whether somebody is in the latest frame
 
     @property
     def likely(self) -> bool:
         """Whether somebody is in the latest frame, and what they change looks like a sum over voxels."""
-        return self.now and self.busy[-1].explained >= LIKELY
+        return self.now and max(one.explained for one in self.busy[-1]) >= LIKELY
 
 
 class LiveSite:
@@ -45,8 +45,8 @@ class LiveSite:
 
     Parameters
     ----------
-    nodes, area
-        The network, and where people can be.
+    nodes, area, given
+        The network, where people can be, and whether that was given.
 
     Raises
     ------
@@ -54,8 +54,8 @@ class LiveSite:
         If no link passes the area.
     """
 
-    def __init__(self, nodes: RadioNodes, area: Area) -> None:
-        self._matching = Matching(nodes, area, VoxelRadiation())
+    def __init__(self, nodes: RadioNodes, area: Area, *, given: bool) -> None:
+        self._matching = Coverings(nodes, area, VoxelRadiation(), given=given)
 
     def after(self, look: Look, loss: Array) -> Look | None:
         """Return what is known after a frame's losses ``(L,)``; None: enough were seen."""
@@ -65,12 +65,15 @@ class LiveSite:
 
     def found(self, look: Look, known: Voxels | None) -> Voxels | None:
         """Return the voxels' constants, where it is sure that they explain the frames, and other than is known."""
-        if not look.now or not sure([frame.explained for frame in look.busy]):
+        if not look.now:
+            return None
+        best = best_of(look.busy)
+        if not sure([frame[best].explained for frame in look.busy]):
             return None
         found = self._matching.voxels(look.empty, look.busy, UPPER)
-        if known is not None and abs(found.model.amplitude_db / known.model.amplitude_db - 1) < ANOTHER:
-            return None
-        return found
+        if known is None or known.model.covered != found.model.covered:
+            return found
+        return None if abs(found.model.amplitude_db / known.model.amplitude_db - 1) < ANOTHER else found
 
 
 def sure(shares: Sequence[float]) -> bool:

@@ -3,14 +3,16 @@
 Whether each link changes as people attenuate voxels is seen by matching pursuit (Mallat and Zhang, 1993, IEEE Trans.
 Signal Process. 41(12), 3397-3415) with the changes that a person makes in each cell: they explain the frames in
 which somebody is, or they do not. The amplitude is that of the first match, once it and the others are fitted
-together off the cells' centres, in the median; the noise is that of the empty room.
+together off the cells' centres, in the median, each frame weighed by how well the fit tells it: two people who stand
+together are matched as one of twice the amplitude, and fit a hundred times worse. Whether voxels go on beyond the nodes
+is seen by which leaves over less. The noise is that of the empty room.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numpy as np
 from scipy.optimize import least_squares, nnls
@@ -19,7 +21,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.sensors.linear_links import LinearLinks
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.by_links import VoxelRadiation
+from elusive.systems.links.by_links import Covered, VoxelRadiation
 
 EXPLAINED = 0.75  # share of the changes from which they are sums over voxels: .85 to .98 simulated, .44 in a basement
 PEOPLE = 3  # matched in a frame
@@ -39,14 +41,22 @@ class Voxels(NamedTuple):
     model: VoxelRadiation
     amplitude_sd_db: float  # of the amplitude; NaN of less than two frames
 
+    @property
+    def described(self) -> str:
+        """What a report says of them."""
+        where = ", between the nodes alone" if self.model.covered == "nodes" else ""
+        return f"radiation of {self.model.amplitude_db:.2g} dB; voxels{where} explain {self.explained:.0%} of the log"
+
 
 class Matched(NamedTuple):
     """How well people explain a frame by what they do to voxels."""
 
     total: float  # squared changes
-    left: float  # of these, unexplained
-    amplitude_db: float  # of the first of them; NaN where nobody is matched
+    left: float  # of these, unexplained by people in cells
+    amplitude_db: float  # of the first of them, off the cells' centres; NaN where nobody is matched
     free: float  # share of the links that are not used up by amplitudes and places
+    misfit: float  # squared changes that are left there
+    variance: float  # of the amplitude's logarithm, as far as the frame tells it
 
     @property
     def explained(self) -> float:
@@ -62,19 +72,18 @@ class Matching:
     nodes, area
         The network, and where people can be.
     model
-        Its bell and weights are kept.
+        Its bell, weights and cover are kept.
 
     Raises
     ------
     DataError
-        If no link passes the area.
+        If no link passes the voxels.
     """
 
     def __init__(self, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> None:
-        unit = model.replace(amplitude_db=1.0)
-        self._model, self._weights = model, unit.weights.sparse(nodes, unit.weights.grid(area))
-        cells, _ = area.cells(CELL_M)
-        self._sensor = unit.links(self._weights, area.bounds_m, unit.weights.voxel_m)
+        covered = model.within(nodes, area)
+        self._model, self._sensor = model, model.replace(amplitude_db=1.0).on(nodes, covered)
+        cells, _ = covered.cells(CELL_M)
         made = self._sensor.expected_at(cells)
         energy = (made**2).sum(axis=1)
         seen = energy > LEAST_RESPONSE * energy.max()
@@ -91,24 +100,23 @@ class Matching:
                 break
             people.append(np.array([matched[best], *self._cells[best]]))
             rest = rest - matched[best] * self._made[best]
-        amplitude_db = _amplitude(self._sensor, change, np.array(people)) if people else math.nan
+        told = _amplitude(self._sensor, change, np.array(people)) if people else (math.nan, total, math.inf)
         used = sum(map(len, people)) / max(int(np.isfinite(change).sum()), 1)
-        return Matched(total, float(rest @ rest), amplitude_db, 1 - used)
+        amplitude_db, misfit, variance = told
+        return Matched(total, float(rest @ rest), amplitude_db, 1 - used, misfit, variance)
 
     def voxels(self, empty: Array, frames: Sequence[Matched], quantile: float = 0.5) -> Voxels:
         """Return what matched frames say of the log, whose links lost ``(K, L)`` with nobody there.
 
-        The amplitude is a quantile of those of the frames.
+        The amplitude is a quantile of those of the frames, each weighed by one over its variance.
         """
         total = sum(frame.total for frame in frames)
         explained = sum(frame.total * frame.explained for frame in frames)
-        amplitudes = [frame.amplitude_db for frame in frames if not math.isnan(frame.amplitude_db)]
-        squares = np.asarray(self._weights.power(2).sum(axis=1)).ravel()
+        seen = [(frame.amplitude_db, frame.variance) for frame in frames if math.isfinite(frame.variance)]
         variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
+        squares = self._sensor.squared_weights
         (link, voxel), _ = nnls(np.column_stack([np.ones(len(squares)), squares]), variance)
-        amplitude = float(np.quantile(amplitudes, quantile)) if amplitudes else 0.0
-        many = len(amplitudes)
-        sd = 1.25 * float(np.std(amplitudes, ddof=1)) / math.sqrt(many) if many > 1 else math.nan
+        amplitude, sd = _together(np.array(seen), quantile) if seen else (0.0, math.nan)
         fitted = self._model.replace(
             amplitude_db=max(amplitude, LEAST_NOISE_DB), noise_sd_db=max(math.sqrt(link), LEAST_NOISE_DB),
             voxel_sd_db=math.sqrt(voxel),
@@ -116,35 +124,81 @@ class Matching:
         return Voxels(explained / total if total > 0 else 0.0, fitted, sd)
 
 
+class Coverings:
+    """Matches frames by voxels all over the area, and by those between the nodes alone.
+
+    Parameters
+    ----------
+    nodes, area, model
+        As for :class:`Matching`.
+    given
+        Whether the area was given: voxels are all over it then.
+
+    Raises
+    ------
+    DataError
+        If no link passes the voxels.
+    """
+
+    def __init__(self, nodes: RadioNodes, area: Area, model: VoxelRadiation, *, given: bool) -> None:
+        in_a_row = bool((np.ptp(nodes.positions_m, axis=0) <= 0).any())
+        kinds = ("area",) if given or in_a_row else get_args(Covered)
+        self._all = [Matching(nodes, area, model.replace(covered=kind)) for kind in kinds]
+
+    def of(self, change: Array) -> tuple[Matched, ...]:
+        """Match a frame's losses ``(L,)`` by each covering."""
+        return tuple(matching.of(change) for matching in self._all)
+
+    def voxels(self, empty: Array, frames: Sequence[tuple[Matched, ...]], quantile: float = 0.5) -> Voxels:
+        """Return what the covering says of a log that fits its frames best; see :meth:`Matching.voxels`."""
+        best = best_of(frames)
+        return self._all[best].voxels(empty, [frame[best] for frame in frames], quantile)
+
+
+def best_of(frames: Sequence[tuple[Matched, ...]]) -> int:
+    """Return which of the ways in which frames were matched leaves over least: most so in those that fit well.
+
+    What is left over counts in proportion, to double at most: a match may end in another place than it should.
+    """
+    misfit = np.maximum([[one.misfit for one in frame] for frame in frames], np.finfo(float).tiny)
+    least = misfit.min(axis=1, keepdims=True)
+    return int(np.argmin((np.log(np.minimum(misfit / least, 2.0)) / least).sum(axis=0)))
+
+
 def busy_power(empty: Array) -> float:
     """Return the sum of squared changes from which somebody is there, of ``(K, L)`` losses with nobody."""
     return ABOVE_EMPTY * float(np.nansum(empty**2, axis=1).max())
 
 
-def voxels_of(empty: Array, changes: Array, nodes: RadioNodes, area: Area, model: VoxelRadiation) -> Voxels:
+def voxels_of(
+    empty: Array, changes: Array, nodes: RadioNodes, area: Area, model: VoxelRadiation, *, given: bool
+) -> Voxels:
     """Match changes of links with those that people make who attenuate voxels.
 
     Parameters
     ----------
     empty, changes
         ``(K, L)`` and ``(T, L)`` losses of the undirected links with nobody there, and afterwards; NaN where missing.
-    nodes, area, model
-        As for :class:`Matching`.
+    nodes, area, model, given
+        As for :class:`Coverings`.
 
     Raises
     ------
     DataError
-        If no link passes the area.
+        If no link passes the voxels.
     """
-    matching = Matching(nodes, area, model)
+    matching = Coverings(nodes, area, model, given=given)
     power = np.nansum(changes**2, axis=1)
     busy = max(LEAST_BUSY, int((power > busy_power(empty)).sum()))
     chosen = np.argsort(-power)[:busy][:: -(-busy // MOST_BUSY)]
     return matching.voxels(empty, [matching.of(changes[k]) for k in chosen])
 
 
-def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> float:
-    """Amplitude of the first of the people ``(P, 3)``, of amplitudes and places, fitted to a frame together."""
+def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> tuple[float, float, float]:
+    """Amplitude of the first of the people ``(P, 3)``, of amplitudes and places, fitted together.
+
+    Also the squared changes that are left, and the variance of the amplitude's logarithm; infinite where nothing tells.
+    """
     people = people[people[:, 0] >= ALIKE * people[0, 0]]
     heard = np.isfinite(change)
 
@@ -153,4 +207,22 @@ def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> float:
         return (now[:, 0] @ sensor.expected_at(now[:, 1:]) - change)[heard]
 
     scale = np.tile([people[0, 0], CELL_M, CELL_M], len(people))
-    return float(least_squares(left, people.ravel(), x_scale=scale, max_nfev=MOST_STEPS).x[0])
+    fitted = least_squares(left, people.ravel(), x_scale=scale, max_nfev=MOST_STEPS)
+    amplitude, misfit, free = float(fitted.x[0]), 2 * float(fitted.cost), int(heard.sum()) - people.size
+    information = fitted.jac.T @ fitted.jac
+    if amplitude <= 0 or free < 1 or np.linalg.matrix_rank(information) < people.size:
+        return amplitude, misfit, math.inf
+    return amplitude, misfit, misfit / free * float(np.linalg.inv(information)[0, 0]) / amplitude**2
+
+
+def _together(seen: Array, quantile: float) -> tuple[float, float]:
+    """Quantile of frames' amplitudes, ``(K, 2)`` with their variances, and the deviation of their median."""
+    amplitude, variance = seen[np.argsort(seen[:, 0])].T
+    weight = 1 / np.maximum(variance, np.finfo(float).tiny)
+    weight /= weight.sum()
+    chosen = float(amplitude[np.searchsorted(np.cumsum(weight), quantile * (1 - 1e-12))])
+    many = 1 / float((weight**2).sum())  # frames that count (Kish, 1965, section 11.7)
+    if many <= 1 + 1e-9:
+        return chosen, math.nan
+    spread = float(weight @ (amplitude - weight @ amplitude) ** 2) * many / (many - 1)
+    return chosen, 1.25 * math.sqrt(spread / many)

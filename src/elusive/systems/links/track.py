@@ -181,7 +181,7 @@ def _followed(
     if stages is None:
         stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
     changing, losing = parameters.method.measured(parameters.change), parameters.change.replace(measure="loss")
-    site = None if look is None else LiveSite(nodes, parameters.area_of(nodes))
+    site = None if look is None else LiveSite(nodes, parameters.area_of(nodes), given=parameters.area is not None)
     for frame in frames:
         if site is not None and look is not None:
             look = site.after(look, losing.step(rss, frame).change)
@@ -223,8 +223,9 @@ def _radiating(parameters: LinkTracking, voxels: Voxels) -> LinkTracking:
 
 
 def _words(voxels: Voxels) -> str:
+    covered = " --covered nodes" if voxels.model.covered == "nodes" else ""
     return (
         f"site: sums over voxels explain {voxels.explained:.0%} of the changes: people are tracked by radiation of "
         f"{voxels.model.amplitude_db:.2g} dB from then on (--effect radiation --amplitude-db "
-        f"{voxels.model.amplitude_db:.3g} from the start)."
+        f"{voxels.model.amplitude_db:.3g}{covered} from the start)."
     )
