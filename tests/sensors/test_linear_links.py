@@ -110,3 +110,15 @@ def test_what_does_not_fit_is_refused():
         LinkRadiation().links(np.zeros_like(weights), BOUNDS, VOXEL)
     with pytest.raises(ParameterError, match="width_x_m"):
         LinkRadiation(width_x_m=0)
+
+
+def test_links_are_spared_that_people_hardly_change():
+    rng, model = np.random.default_rng(5), LinkRadiation(width_x_m=0.3, width_y_m=0.3)
+    weights = np.where(rng.random((60, len(CENTRES))) < 0.04, rng.uniform(0.5, 2, (60, len(CENTRES))), 0.0)
+    sensor = model.links(sparse.csr_array(weights), BOUNDS, VOXEL)
+    noise = np.sqrt(model.noise_sd_db**2 + model.voxel_sd_db**2 * (weights**2).sum(axis=1))
+    places = np.array([[-2.0, 1.0], [-1.0, 1.5]])
+    changed = (bell(model, CENTRES, places) @ weights.T).sum(axis=0)
+    np.testing.assert_array_equal(sensor.spared(places), changed < 0.1 * noise)
+    assert 0 < sensor.spared(places[:1]).sum() < len(weights)
+    assert sensor.spared(np.empty((0, 2))).all()

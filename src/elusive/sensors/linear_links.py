@@ -15,13 +15,14 @@ from numpy.random import Generator
 from pydantic import Field
 from scipy import sparse
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.errors import DataError
 from elusive.model import Model, NonNegative, Positive
 from elusive.sensors.link_effects import Effect, LinkSensor, total
 
 MOST_PLACES = 200  # at which what links tell of places is looked at
 DIFFERENCE_M = 0.05
+SPARED_SD = 0.1
 
 
 class LinkRadiation(Model):
@@ -106,6 +107,11 @@ class LinearLinks(LinkSensor):
         from elusive.sensors._linear_link_kernels import responses
 
         return responses(np.ascontiguousarray(places), len(self._variance), *self._tables)
+
+    def spared(self, places: Array) -> Flags:
+        """Return which links ``(L,)`` people at ``(P, 2)`` together change by less than a tenth of their noise."""
+        changed: Flags = self.expected_at(places).sum(axis=0) >= SPARED_SD * np.sqrt(self._variance)
+        return ~changed
 
     def _independent_share(self, bounds: tuple[float, float, float, float], voxel_m: float) -> float:
         """Return what links tell of places over what they would if they shared no voxel's noise.

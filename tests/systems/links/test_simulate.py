@@ -18,9 +18,9 @@ from elusive.io.link_logs import open_link_log
 from elusive.io.placed_files import read_nodes
 from elusive.preprocess.link_calibration import Calibrate
 from elusive.sensors.radio_network import directed_links_of, links_of
-from elusive.systems.links.by_links import VoxelRadiation
 from elusive.systems.links.coverage import write_coverage
 from elusive.systems.links.networks import BorderNodes, GridNodes, ListedNodes
+from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation

@@ -9,19 +9,20 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import AdditiveSensor, Array, X, Y, interval_since
+from elusive.contracts import AdditiveSensor, Array, Flags, X, Y, interval_since
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, Positive, Probability
 from elusive.motion.walk import Walk
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibration
-from elusive.preprocess.link_weights import EllipseWeights
+from elusive.preprocess.link_settled import away_from
 from elusive.sensors.field_of_view import FieldOfView
-from elusive.sensors.linear_links import LinearLinks, LinkRadiation
+from elusive.sensors.linear_links import LinearLinks
 from elusive.sensors.link_likeness import Likeness
 from elusive.sensors.link_shadowing import LinkShadowing, ShadowedLinks
-from elusive.sensors.radio_network import RadioNodes
+from elusive.sensors.radio_network import RadioNodes, undirected_of
+from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.resting import NO_RESTS, Changed, Rests, after_frame, anew
 from elusive.systems.links.unexplained import NOTHING, SOMEBODY, OneMore, Unexplained
 from elusive.tracking.birth_density import AreaBirths
@@ -36,7 +37,6 @@ KEPT = 0.5  # share of the error of a place that is kept from frame to frame, wh
 # while nobody is tracked: existence below which somebody is forgotten, of whom one frame of noisy radios tells little;
 # and side of the cells in which such guesses come together, over that of those in which newcomers are looked for
 FAINT, UNSEEN_CELLS = 1e-3, 2.0
-Covered = Literal["area", "nodes"]
 NOBODY = 1e-6  # existence of whom the room was taken for
 EMPTY_BELOW = 0.1  # existence of everybody below which the room is taken for empty
 
@@ -73,39 +73,6 @@ class LinksState(NamedTuple):
     def nobody(self) -> bool:
         """Whether nobody is there."""
         return all(target.existence < EMPTY_BELOW for target in self.belief.targets)
-
-
-class VoxelRadiation(LinkRadiation):
-    """What a person does to voxels that links add up: the model of the thesis, and of simulated logs."""
-
-    weights: EllipseWeights = Field(EllipseWeights(), description="Voxels, and how they weigh on links")
-    covered: Covered = Field("area", description="Where voxels are: all over the area, or between the nodes alone")
-
-    def within(self, nodes: RadioNodes, area: Area) -> Area:
-        """Return the part of an area that voxels cover: beyond it nobody is seen.
-
-        Raises
-        ------
-        DataError
-            If all nodes stand in a row, and voxels lie between them alone.
-        """
-        if self.covered == "area":
-            return area
-        (x0, y0), (x1, y1) = nodes.positions_m.min(axis=0), nodes.positions_m.max(axis=0)
-        if min(x1 - x0, y1 - y0) <= 0:
-            raise DataError("covered: the nodes stand in a row, with no voxels between them; give 'area'.")
-        return Area.rectangle(float(x0), float(x1), float(y0), float(y1))
-
-    def on(self, nodes: RadioNodes, area: Area) -> LinearLinks:
-        """Set the model on a network, with voxels all over an area.
-
-        Raises
-        ------
-        DataError
-            If no link passes the voxels.
-        """
-        weights = self.weights.sparse(nodes, self.weights.grid(area))
-        return self.links(weights, area.bounds_m, self.weights.voxel_m)
 
 
 Effects = Annotated[LinkShadowing | VoxelRadiation, Field(discriminator="kind")]
@@ -195,6 +162,13 @@ class LinksChain:
     def seen(self, rss: RssState) -> Array:
         """Return what the chain takes of a frame: the rise of each reading ``(D, C)``, or each undirected loss."""
         return rss.rise_db if self._by_reading else rss.change
+
+    def away(self, nodes: RadioNodes, places: Array) -> Flags:
+        """Return which directed links ``(D,)`` people at places ``(P, 2)`` do not change."""
+        sensor = self._filter.sensor
+        if isinstance(sensor, LinearLinks):
+            return sensor.spared(places)[undirected_of(len(nodes.names))]
+        return away_from(nodes, places)
 
     def shown(self, state: LinksState) -> tuple[Track, ...]:
         """Return the tracks that count: all."""

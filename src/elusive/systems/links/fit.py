@@ -22,9 +22,10 @@ from elusive.io.csv_files import write_csv
 from elusive.io.link_logs import LinkLog
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
-from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
+from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.constants import LEAST_FRAMES, LinkFit, LinkFitting
 from elusive.systems.links.network import refuse_impossible
+from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.site import EXPLAINED, Voxels, voxels_of
 from elusive.systems.links.track import LinkTracking
 

@@ -16,7 +16,7 @@ import numpy as np
 from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.by_links import VoxelRadiation
+from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.site import EXPLAINED, MOST_BUSY, Coverings, Matched, Voxels, best_of, busy_power
 
 FRAMES = 10  # with somebody, at least: who comes in is half outside, and tells too little of the amplitude

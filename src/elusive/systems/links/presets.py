@@ -16,8 +16,9 @@ from elusive.preprocess.fade_level import RssChange
 from elusive.preprocess.threshold import Threshold
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.systems.links.by_image import ImageMethod
-from elusive.systems.links.by_links import LinksMethod, VoxelRadiation
+from elusive.systems.links.by_links import LinksMethod
 from elusive.systems.links.networks import BorderNodes
+from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.scene import LinkScene
 from elusive.systems.links.simulate import LinkSimulation
 from elusive.systems.links.track import LinkTracking

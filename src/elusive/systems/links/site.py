@@ -4,8 +4,8 @@ Whether each link changes as people attenuate voxels is seen by matching pursuit
 Signal Process. 41(12), 3397-3415) with the changes that a person makes in each cell: they explain the frames in
 which somebody is, or they do not. The amplitude is that of the first match, once it and the others are fitted
 together off the cells' centres, in the median, each frame weighed by how well the fit tells it: two people who stand
-together are matched as one of twice the amplitude, and fit a hundred times worse. Whether voxels go on beyond the nodes
-is seen by which leaves over less. The noise is that of the empty room.
+side by side are matched as one of nearly twice the amplitude, and fit a hundred times worse. Whether voxels go on
+beyond the nodes is seen by which leaves over less. The noise is that of the empty room.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from elusive.contracts import Array
 from elusive.geometry.areas import Area
 from elusive.sensors.linear_links import LinearLinks
 from elusive.sensors.radio_network import RadioNodes
-from elusive.systems.links.by_links import Covered, VoxelRadiation
+from elusive.systems.links.radiation import Covered, VoxelRadiation
 
 EXPLAINED = 0.75  # share of the changes from which they are sums over voxels: .85 to .98 simulated, .44 in a basement
 PEOPLE = 3  # matched in a frame
@@ -31,6 +31,9 @@ ABOVE_EMPTY = 1.5  # of the squared changes, over the most in the empty room: so
 CELL_M = 0.4
 LEAST_RESPONSE = 1e-3  # of a cell that is looked at, over the greatest
 LEAST_NOISE_DB = 0.05
+# two people at one place are one of twice the amplitude, which fits as well: of the amplitudes that frames tell, those
+# are one person's that are at most so much more than the least tenth, where no frame tells more than bodies differ
+LEAST_SHARE, ONE_PERSON, BODIES_SD = 0.1, 2**0.5, 0.03
 MOST_STEPS = 30  # of a fit to a frame
 
 
@@ -44,7 +47,7 @@ class Voxels(NamedTuple):
     @property
     def described(self) -> str:
         """What a report says of them."""
-        where = ", between the nodes alone" if self.model.covered == "nodes" else ""
+        where = ", between the nodes alone," if self.model.covered == "nodes" else ""
         return f"radiation of {self.model.amplitude_db:.2g} dB; voxels{where} explain {self.explained:.0%} of the log"
 
 
@@ -108,7 +111,7 @@ class Matching:
     def voxels(self, empty: Array, frames: Sequence[Matched], quantile: float = 0.5) -> Voxels:
         """Return what matched frames say of the log, whose links lost ``(K, L)`` with nobody there.
 
-        The amplitude is a quantile of those of the frames, each weighed by one over its variance.
+        The amplitude is a quantile of those that frames tell of one person, each weighed by one over its variance.
         """
         total = sum(frame.total for frame in frames)
         explained = sum(frame.total * frame.explained for frame in frames)
@@ -116,7 +119,7 @@ class Matching:
         variance = np.nan_to_num(np.nanvar(empty, axis=0, ddof=1))
         squares = self._sensor.squared_weights
         (link, voxel), _ = nnls(np.column_stack([np.ones(len(squares)), squares]), variance)
-        amplitude, sd = _together(np.array(seen), quantile) if seen else (0.0, math.nan)
+        amplitude, sd = amplitude_of(np.array(seen), quantile) if seen else (0.0, math.nan)
         fitted = self._model.replace(
             amplitude_db=max(amplitude, LEAST_NOISE_DB), noise_sd_db=max(math.sqrt(link), LEAST_NOISE_DB),
             voxel_sd_db=math.sqrt(voxel),
@@ -215,14 +218,23 @@ def _amplitude(sensor: LinearLinks, change: Array, people: Array) -> tuple[float
     return amplitude, misfit, misfit / free * float(np.linalg.inv(information)[0, 0]) / amplitude**2
 
 
-def _together(seen: Array, quantile: float) -> tuple[float, float]:
-    """Quantile of frames' amplitudes, ``(K, 2)`` with their variances, and the deviation of their median."""
+def amplitude_of(seen: Array, quantile: float) -> tuple[float, float]:
+    """Quantile of frames' amplitudes of one person, ``(K, 2)`` with their variances, and its deviation.
+
+    One person's are those near the least that enough frames tell.
+    """
     amplitude, variance = seen[np.argsort(seen[:, 0])].T
-    weight = 1 / np.maximum(variance, np.finfo(float).tiny)
-    weight /= weight.sum()
-    chosen = float(amplitude[np.searchsorted(np.cumsum(weight), quantile * (1 - 1e-12))])
+    weight = 1 / np.maximum(variance, BODIES_SD**2)
+    one = amplitude <= ONE_PERSON * _quantile(amplitude, weight, LEAST_SHARE)
+    amplitude, weight = amplitude[one], weight[one] / weight[one].sum()
     many = 1 / float((weight**2).sum())  # frames that count (Kish, 1965, section 11.7)
     if many <= 1 + 1e-9:
-        return chosen, math.nan
+        return float(amplitude[-1]), math.nan
     spread = float(weight @ (amplitude - weight @ amplitude) ** 2) * many / (many - 1)
-    return chosen, 1.25 * math.sqrt(spread / many)
+    return _quantile(amplitude, weight, quantile), 1.25 * math.sqrt(spread / many)
+
+
+def _quantile(values: Array, weight: Array, quantile: float) -> float:
+    """Quantile of weighted values in ascending order."""
+    sums = np.cumsum(weight)
+    return float(values[np.searchsorted(sums, quantile * (1 - 1e-12) * sums[-1])])

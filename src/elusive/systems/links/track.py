@@ -24,7 +24,7 @@ from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
-from elusive.systems.links.by_links import LinksMethod, LinksState
+from elusive.systems.links.by_links import LinksChain, LinksMethod, LinksState
 from elusive.systems.links.decisions import DecisionMethod
 from elusive.systems.links.live_site import LiveSite, Look
 from elusive.systems.links.network import refuse_impossible
@@ -192,11 +192,11 @@ def _followed(
                 changing, people = losing, stages.init_from(people)
         if isinstance(people, LinksState) and people.changed is not None:
             room = people.changed
-            rss = rss.changed(room.level_db, room.variance_db2, _away(nodes, people, room.tracks))
+            rss = rss.changed(room.level_db, room.variance_db2, _away(stages, nodes, people, room.tracks))
             calibration = rss.calibration
             stages = parameters.method.bind(nodes, parameters.area_of(nodes), calibration)
             people = stages.anew(people)
-        rss = changing.step(rss, frame, empty=people.nobody, away=_away(nodes, people))
+        rss = changing.step(rss, frame, empty=people.nobody, away=_away(stages, nodes, people))
         # nobody is looked for by an effect that hardly holds
         held = voxels is None and look is not None and look.likely
         people = stages.step(people, frame.time_s, None if held else stages.seen(rss), rng)
@@ -205,10 +205,11 @@ def _followed(
         yield Step(frame.time_s, frame, RoomState(rss, people, False, words), stages.shown(people))
 
 
-def _away(nodes: RadioNodes, people: ImageState | LinksState, but: tuple[int, ...] = ()) -> Flags:
+def _away(stages: Any, nodes: RadioNodes, people: ImageState | LinksState, but: tuple[int, ...] = ()) -> Flags:
     """Return which directed links run by nobody who is tracked, but for some of them."""
     sure = [track for track in people.tracks if track.status == "confirmed" and track.track not in but]
-    return away_from(nodes, np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2))
+    places = np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2)
+    return stages.away(nodes, places) if isinstance(stages, LinksChain) else away_from(nodes, places)
 
 
 def _looks(parameters: LinkTracking) -> bool:
