@@ -19,6 +19,7 @@ from elusive.systems.bearings.geometry import geometry_findings
 from elusive.systems.bearings.given import repeated_finding, units_finding
 from elusive.systems.bearings.images import images_finding
 from elusive.systems.bearings.leftovers import HALF
+from elusive.systems.bearings.listeners import crossed_alone, of_one_sensor, one_sensor_finding
 from elusive.systems.bearings.norths import learnt_norths_finding
 from elusive.systems.bearings.own import REMOTE, away_of, own_steps
 from elusive.systems.bearings.parameters import BearingTracking
@@ -32,8 +33,6 @@ from elusive.tracking.track import Step
 
 BEGUN = 0.25  # of the times, after which emitters are to be known
 NEAR = 4.0  # deviations within which a bearing is a track's
-LEAST_TIMES = 8  # of a track, for its sensors to tell anything
-UNHEARD = 0.5  # of how often the best sensor hears an emitter: one that hears less is no witness
 CROSSED = 0.3  # share of the tracks' times without a third witness
 AGAIN = 3.0  # deviations within which a bearing is that of the time before
 LEFT, REPEATED, LEAST = 0.1, 0.3, 20  # share of the bearings that are left, of those that come again, and their number
@@ -56,6 +55,7 @@ class CrowdScale(NamedTuple):
     repeated: float  # share of those that come again at the next time
     chance: float  # the same if they were false
     crossed: float  # share of the tracks' times whose bearings come of two sensors at most, where three or more listen
+    alone: tuple[int, ...]  # tracks that one sensor alone hears
 
 
 def crowd_scale(steps: Sequence[Step], sites: SensorSites, parameters: BearingTracking) -> CrowdScale:
@@ -63,7 +63,7 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, parameters: BearingTr
     sigmas, places = parameters.sigmas_rad(len(sites.names)), sites.positions_m[:, :2]
     sizes, free, total, before = list[Array](), list[Array](), 0, dict[int, Array]()
     count, following, repeated, chance = 0, 0, 0, 0.0
-    hits = dict[int, dict[int, list[int]]]()
+    hits, own = dict[int, dict[int, list[int]]](), dict[int, dict[int, list[int]]]()
     for step in steps[int(BEGUN * len(steps)) :]:
         sure = [track for track in step.tracks if track.status == "confirmed"]
         now = dict[int, Array]()
@@ -74,8 +74,10 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, parameters: BearingTr
             reach: Array = NEAR * np.sqrt(sigma**2 + seen)
             if len(sure):
                 closest = away.min(axis=1)
-                for track, hit in zip(sure, (closest < reach).tolist(), strict=True):
-                    hits.setdefault(track.track, {}).setdefault(number, []).append(hit)
+                near = closest < reach
+                for counted, by_track in ((hits, near), (own, near & (seen < BLURRED**2 * sigma**2))):
+                    for track, hit in zip(sure, by_track.tolist(), strict=True):
+                        counted.setdefault(track.track, {}).setdefault(number, []).append(hit)
                 room = np.clip(1 - seen / sigma**2, 0.1, 1.0)
                 kept = closest < REMOTE * sigma
                 sizes.append(closest[kept] / (sigma * np.sqrt(room[kept])))
@@ -94,7 +96,9 @@ def crowd_scale(steps: Sequence[Step], sites: SensorSites, parameters: BearingTr
     half = float(np.median(size)) / HALF if len(size) else math.nan
     share = repeated / following if following else 0.0
     by_chance = chance / following if following else 0.0
-    return CrowdScale(number, half, count / max(total, 1), count, share, by_chance, _crossed(hits))
+    return CrowdScale(
+        number, half, count / max(total, 1), count, share, by_chance, crossed_alone(hits), of_one_sensor(own)
+    )
 
 
 def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites) -> Finding:
@@ -130,18 +134,6 @@ def astray_finding(steps: Sequence[Step], parameters: BearingTracking, sites: Se
         "It may mix two emitters' bearings, and then nothing is where it says, or the emitter manoeuvres.",
         "Do not rely on it there; a sensor that sees them from another side would tell, or a larger --q.",
     )  # fmt: skip
-
-
-def _crossed(hits: dict[int, dict[int, list[int]]]) -> float:
-    """Share of the tracks' times that no third sensor supports: any two bearings cross somewhere."""
-    alone, whole = 0, 0
-    for by_sensor in hits.values():
-        rates = sorted((sum(part) / len(part) for part in by_sensor.values()), reverse=True)
-        times = max(len(part) for part in by_sensor.values())
-        if len(rates) > 2 and times >= LEAST_TIMES:
-            whole += times
-            alone += times if rates[2] < UNHEARD * rates[0] else 0
-    return alone / whole if whole else 0.0
 
 
 def coherent(scale: CrowdScale) -> bool:
@@ -218,7 +210,7 @@ def several_findings(
             f"any two bearings cross somewhere, and such tracks are ghosts as like as not{sentence}.", remedy,
         )
     )  # fmt: skip
-    found.append(images_finding(steps))
+    found += [one_sensor_finding(scale.alone), images_finding(steps)]
     if not wide:
         found.append(astray_finding(steps, parameters, sites))
     if not bad and scale.number >= LEAST:

@@ -14,6 +14,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.faults import Explained, Fault
 from elusive.systems.bearings.found_norths import Norths, norths_of
+from elusive.systems.bearings.listeners import halved
 from elusive.systems.bearings.mended import HARDLY, path_with
 from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
@@ -21,7 +22,7 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.persisting import less_sure
 from elusive.systems.bearings.sensor_errors import SensorError, also_at
 from elusive.systems.bearings.several import track_several
-from elusive.systems.bearings.several_checks import several_fault, several_findings
+from elusive.systems.bearings.several_checks import crowd_scale, several_fault, several_findings
 from elusive.systems.bearings.several_fit import fitted
 from elusive.tracking.track import Step, Track
 
@@ -67,7 +68,8 @@ def several_told(heard: Sequence[PlaceSet], given: BearingTracking, sites: Senso
     steps, asked, stand = tracked
     pairs, norths = pairings(steps, asked, stand), norths_of(asked, stand)
     findings = (*several_findings(steps, asked, stand, fault), pairings_finding(pairs))
-    told = [less_sure(norths.wider(step, stand), asked) for step in lowered(steps, pairs)]
+    known = halved(lowered(steps, pairs), crowd_scale(steps, stand, asked).alone)
+    told = [less_sure(norths.wider(step, stand), asked) for step in known]
     if fault is not None:
         claimed = Explained(_turned(norths_of(parameters, sites)), (), (), fault.claimed, [])
         perhaps = [best, claimed, *fault.perhaps[1:]] if best else [claimed, *fault.perhaps]
