@@ -8,12 +8,13 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.io import read_truth
 from elusive.io.link_logs import open_link_log
 from elusive.io.placed_files import read_nodes
 from elusive.sensors.link_shadowing import LinkShadowing
-from elusive.sensors.radio_network import RssFrame, directed_links_of, undirected_of
+from elusive.sensors.radio_network import RssFrame, directed_links_of, radio_nodes, undirected_of
 from elusive.systems.links.fit import (
     QUICK,
     LinkFitting,
@@ -26,7 +27,7 @@ from elusive.systems.links.radiation import VoxelRadiation
 from elusive.systems.links.recording import simulate_links
 from elusive.systems.links.run import track_links_recording
 from elusive.systems.links.simulate import LinkSimulation
-from elusive.systems.links.site import EXPLAINED, amplitude_of
+from elusive.systems.links.site import EXPLAINED, amplitude_of, voxels_of
 from elusive.systems.links.track import LinkTracking, track
 from tests.longer import longer
 from tests.ray_room import EMPTY as RAY_EMPTY
@@ -128,6 +129,16 @@ def test_two_who_stand_together_are_no_stronger_one():
     found = voxels_of_frames(log.frames[:EMPTY], log.frames[EMPTY:], nodes, LinkTracking())
     assert found.model.amplitude_db == pytest.approx(20, rel=0.03)
     assert 0 < found.amplitude_sd_db < 1
+
+
+def test_nodes_in_a_row_have_no_voxels_between_them():
+    nodes = radio_nodes(np.column_stack([np.arange(6.0), np.zeros(6)]), tuple("abcdef"))
+    area, model, rng = LinkTracking().area_of(nodes), VoxelRadiation(), np.random.default_rng(1)
+    changes = model.on(nodes, area).expected_at(np.array([[2.2, 0.3], [3.5, -0.2], [1.5, 0.1]]))
+    found = voxels_of(rng.normal(0, 0.5, (20, 15)), changes, nodes, area, model, given=False)
+    assert found.model.covered == "area"
+    with pytest.raises(DataError, match="the nodes stand in a row"):
+        model.replace(covered="nodes").within(nodes, area)
 
 
 def test_two_at_one_place_are_no_stronger_one():

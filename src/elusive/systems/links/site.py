@@ -144,7 +144,7 @@ class Coverings:
     """
 
     def __init__(self, nodes: RadioNodes, area: Area, model: VoxelRadiation, *, given: bool) -> None:
-        in_a_row = bool((np.ptp(nodes.positions_m, axis=0) <= 0).any())
+        in_a_row = bool((np.ptp(nodes.positions_m, axis=0) < CELL_M).any())
         kinds = ("area",) if given or in_a_row else get_args(Covered)
         self._all = [Matching(nodes, area, model.replace(covered=kind)) for kind in kinds]
 
