@@ -7,7 +7,8 @@ import pytest
 from scipy.stats import binom
 
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
-from elusive.systems.bearings.listeners import LEAST_TIMES, UNHEARD, UNLIKELY, halved, of_one_sensor
+from elusive.systems.bearings.listeners import LEAST_TIMES, UNHEARD, UNLIKELY, UNTOLD, of_one_sensor
+from elusive.systems.bearings.pairings import lowered
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.several_checks import crowd_scale
 from elusive.tracking.track import Step, Track
@@ -48,7 +49,7 @@ def test_two_tracks_that_share_an_emitter_are_of_one_sensor_each(tracks, alone):
     steps = [Step(one.time_s, one, None, tracks) for one in heard(np.random.default_rng(1))]
     found = crowd_scale(steps, SITES, TOLD).alone
     assert found == alone
-    for one in halved(steps, found)[-1].tracks:
+    for one in lowered(steps, dict.fromkeys(found, UNTOLD))[-1].tracks:
         assert (one.status, one.existence) == (("candidate", 0.5) if alone else ("confirmed", 1.0))
 
 

@@ -6,12 +6,11 @@ neither is where it says, and each explains its own.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from scipy.special import bdtr
 
 from elusive.checks import Finding
-from elusive.tracking.track import Step, Track
 
 LEAST_TIMES = 8  # of a track, for its sensors to tell anything
 UNHEARD = 0.5  # of how often the best sensor hears an emitter: one that hears less is no witness
@@ -58,15 +57,3 @@ def one_sensor_finding(tracks: Sequence[int]) -> Finding:
         "share one emitter's bearings so, each with those of another sensor; then neither is where it says.",
         "Do not rely on their places; look at the sensors' norths and places, and add a third sensor.",
     )  # fmt: skip
-
-
-def halved(steps: Sequence[Step], tracks: Collection[int]) -> list[Step]:
-    """Return the steps with tracks that exist where they say with a half at most."""
-
-    def told(one: Track) -> Track:
-        if one.track not in tracks:
-            return one
-        status = "candidate" if one.status == "confirmed" else one.status
-        return one._replace(existence=UNTOLD * one.existence, status=status)
-
-    return [step._replace(tracks=tuple(map(told, step.tracks))) for step in steps]

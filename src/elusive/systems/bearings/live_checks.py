@@ -25,7 +25,7 @@ from elusive.systems.bearings.live_one import OneFit
 from elusive.systems.bearings.pairings import pairings, pairings_finding
 from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
-from elusive.systems.bearings.several_checks import several_fault, several_findings
+from elusive.systems.bearings.several_checks import crowd_scale, several_fault, several_findings
 from elusive.systems.bearings.track import track
 from elusive.tracking.track import Step
 
@@ -118,5 +118,6 @@ def checked(parameters: BearingTracking, sites: SensorSites, steps: Sequence[Ste
     """Check the tracks of unlabelled bearings, of one emitter or of several."""
     if isinstance(parameters.emitters, SeveralEmitters):
         paired = pairings_finding(pairings(steps, parameters, sites))
-        return (*several_findings(steps, parameters, sites, several_fault(steps, parameters, sites)), paired)
+        fault, scale = several_fault(steps, parameters, sites), crowd_scale(steps, sites, parameters)
+        return (*several_findings(steps, parameters, sites, fault, scale), paired)
     return track_findings(steps, powers_found(parameters, sites, [[step.measurement for step in steps]]), sites)

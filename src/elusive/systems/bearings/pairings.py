@@ -9,7 +9,7 @@ with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import permutations
 from typing import NamedTuple
 
@@ -28,7 +28,7 @@ from elusive.tracking.track import Step, Track
 NEAR = 4.0  # deviations within which a bearing is a track's
 MOST, LEAST_TIMES = 6, 8  # emitters at a time whose sets are counted; times of a track
 TEMPER = 0.25  # of the evidence: whose each bearing is where two cross is taken as known, and is not
-LIKELY = 0.5  # probability of a pair below which its track is a candidate alone
+LIKELY = 0.5  # probability that a track is no ghost, from which down it is a candidate alone
 SURE = 0.9  # probability of a pair from which it is told
 
 
@@ -85,13 +85,12 @@ def pairings_finding(found: Pairings | None) -> Finding:
     )  # fmt: skip
 
 
-def lowered(steps: Sequence[Step], found: Pairings | None) -> list[Step]:
-    """Return the steps with existence shared among the sets: each track's times the probability of its pair."""
-    share = {} if found is None else dict(zip(found.tracks, found.probability.tolist(), strict=True))
+def lowered(steps: Sequence[Step], share: Mapping[int, float]) -> list[Step]:
+    """Return the steps with each track's existence times the probability, by its number, that it is no ghost."""
 
     def shared(one: Track) -> Track:
         part = share.get(one.track, 1.0)
-        status = "candidate" if part < LIKELY and one.status == "confirmed" else one.status
+        status = "candidate" if part <= LIKELY and one.status == "confirmed" else one.status
         return one._replace(existence=one.existence * part, status=status)
 
     return [step._replace(tracks=tuple(map(shared, step.tracks))) for step in steps]

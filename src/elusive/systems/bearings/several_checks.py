@@ -158,7 +158,7 @@ def owners(steps: Sequence[Step], parameters: BearingTracking, sites: SensorSite
 
 
 def several_findings(
-    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, fault: Fault | None
+    steps: Sequence[Step], parameters: BearingTracking, sites: SensorSites, fault: Fault | None, scale: CrowdScale
 ) -> tuple[Finding, ...]:
     """Check the tracks of several emitters in unlabelled bearings, which were turned by the norths that were found.
 
@@ -170,12 +170,13 @@ def several_findings(
         What they were tracked with.
     fault
         What is wrong with a sensor.
+    scale
+        How bearings lie about the tracks, by :func:`crowd_scale`.
     """
     norths = norths_of(parameters, sites)
     off = learnt_norths_finding(norths, parameters, sites)
     assert isinstance(parameters.emitters, SeveralEmitters)
     parameters = parameters.replace(emitters=parameters.emitters.replace(norths_deg=None, norths_spread_deg2=None))
-    scale = crowd_scale(steps, sites, parameters)
     error = 1.17 * 4 / math.sqrt(max(scale.number, 1.0))
     wide = scale.number >= LEAST and scale.half > WIDE + error
     ghosts = scale.crossed > CROSSED

@@ -14,7 +14,7 @@ from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.bearing_table import PlaceSet
 from elusive.systems.bearings.faults import Explained, Fault
 from elusive.systems.bearings.found_norths import Norths, norths_of
-from elusive.systems.bearings.listeners import halved
+from elusive.systems.bearings.listeners import UNTOLD
 from elusive.systems.bearings.mended import HARDLY, path_with
 from elusive.systems.bearings.own import own_steps
 from elusive.systems.bearings.pairings import lowered, pairings, pairings_finding
@@ -67,9 +67,11 @@ def several_told(heard: Sequence[PlaceSet], given: BearingTracking, sites: Senso
         fault = fault._replace(what=what, remedy=remedy)
     steps, asked, stand = tracked
     pairs, norths = pairings(steps, asked, stand), norths_of(asked, stand)
-    findings = (*several_findings(steps, asked, stand, fault), pairings_finding(pairs))
-    known = halved(lowered(steps, pairs), crowd_scale(steps, stand, asked).alone)
-    told = [less_sure(norths.wider(step, stand), asked) for step in known]
+    scale = crowd_scale(steps, stand, asked)
+    findings = (*several_findings(steps, asked, stand, fault, scale), pairings_finding(pairs))
+    share = {} if pairs is None else dict(zip(pairs.tracks, pairs.probability.tolist(), strict=True))
+    share |= {number: UNTOLD * share.get(number, 1.0) for number in scale.alone}
+    told = [less_sure(norths.wider(step, stand), asked) for step in lowered(steps, share)]
     if fault is not None:
         claimed = Explained(_turned(norths_of(parameters, sites)), (), (), fault.claimed, [])
         perhaps = [best, claimed, *fault.perhaps[1:]] if best else [claimed, *fault.perhaps]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from elusive.contracts import Array
+from elusive.contracts import Array, Flags
 from elusive.errors import DataError
 from elusive.geometry.areas import Area
 from elusive.model import Model, NonNegative, Positive
@@ -25,6 +25,7 @@ from elusive.preprocess.binary_links import LinkTests
 from elusive.preprocess.blobs import Clusters, Heads
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibration
+from elusive.preprocess.link_settled import away_from
 from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.projectors import Projector
 from elusive.preprocess.threshold import Threshold, ThresholdState
@@ -146,6 +147,10 @@ class StagesChain(ABC):
     def seen(self, rss: RssState) -> Array:
         """Return what the chain takes of a frame, ``(L,)``: the change of each undirected link."""
         return rss.change
+
+    def away(self, nodes: RadioNodes, places: Array) -> Flags:
+        """Return which directed links ``(D,)`` run by nobody at places ``(P, 2)``."""
+        return away_from(nodes, places)
 
     def shown(self, state: ImageState) -> tuple[Track, ...]:
         """Return the tracks that count; the thesis's tracker counts observations: those with a head, and the ended."""

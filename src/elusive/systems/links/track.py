@@ -19,12 +19,11 @@ from elusive.geometry.areas import Area
 from elusive.model import FROM_RECORDING, Model, NonNegative
 from elusive.preprocess.fade_level import RssChange, RssState
 from elusive.preprocess.link_calibration import Calibrate
-from elusive.preprocess.link_settled import away_from
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.links.by_image import ImageMethod, ImageState
-from elusive.systems.links.by_links import LinksChain, LinksMethod, LinksState
+from elusive.systems.links.by_links import LinksMethod, LinksState
 from elusive.systems.links.decisions import DecisionMethod
 from elusive.systems.links.live_site import LiveSite, Look
 from elusive.systems.links.network import refuse_impossible
@@ -209,7 +208,8 @@ def _away(stages: Any, nodes: RadioNodes, people: ImageState | LinksState, but: 
     """Return which directed links run by nobody who is tracked, but for some of them."""
     sure = [track for track in people.tracks if track.status == "confirmed" and track.track not in but]
     places = np.array([track.mean[[X, Y]] for track in sure]).reshape(-1, 2)
-    return stages.away(nodes, places) if isinstance(stages, LinksChain) else away_from(nodes, places)
+    away: Flags = stages.away(nodes, places)
+    return away
 
 
 def _looks(parameters: LinkTracking) -> bool:
