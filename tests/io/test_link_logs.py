@@ -237,7 +237,7 @@ HEADER = "time_s,tx,rx,channel,rss_dbm\n"
         (HEADER + "1,a,b,1,-50\n2,a,b,2,-51\n", "channel '2' is not one of 1"),
         (HEADER + "2,a,b,1,-50\n1,a,b,1,-51\n", "times must go forwards"),
         (HEADER + '1,a,b,1,"-50,5"\n', "cells"),
-        ("time_s;a-b-1\n1;-50,5\n", "write a decimal point"),
+        ("time_s;a-b-1\n1;-5x,5\n", "column 2: '-5x,5' is no number"),
     ],
 )
 def test_faulty_logs_are_refused(tmp_path, text, said):

@@ -231,7 +231,7 @@ CUT = {"frame_samples": 100}
     [
         (text("1,2,3\n4,5\n"), {}, "a.csv, line 2: has 2 cells, the first line of numbers 3"),
         (text("a,b,c\n1,2,3\n4,x,6\n"), {}, "a.csv, line 3, field 2: 'x' is no number; every cell"),
-        (text("1.5;2,5;3\n"), {}, "line 1, field 2: '2,5' is no number; write a decimal point"),
+        (text("1.5;2,5,5;3\n"), {}, "line 1, field 2: '2,5,5' is no number; every cell"),
         (text("1,2,x\n1,2,3\n"), {}, "line 1, field 3: 'x' is no number"),
         (text("time_s,a,b\n0,1,2\n0,2,3\n"), {}, "line 3: time_s is 0 after 0; times must go forwards"),
         (text("time_s,a,b\n0,1,2\nnan,2,3\n"), {}, "line 3: time_s is nan; give every line its time"),

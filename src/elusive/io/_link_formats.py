@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from contextlib import closing
 from operator import attrgetter, itemgetter
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from elusive.contracts import Array
 from elusive.errors import DataError
+from elusive.io.sources.cells import cells_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, Lines
 from elusive.io.sources.order import in_order
@@ -47,25 +47,22 @@ class Columns(NamedTuple):
         return float(values[self.time]) / self.times_a_second, levels
 
 
-def delimiter_of(text: str) -> str | None:
-    """Mark between the cells of a line; None is white space."""
-    return next((mark for mark in ";," if mark in text), None)
-
-
-def cells_of(text: str, delimiter: str | None) -> list[str]:
-    """Cells of a line."""
-    return [cell.strip().strip('"') for cell in text.split(delimiter)]
-
-
 def named_columns(cells: list[str], delimiter: str | None, nodes: RadioNodes, where: str) -> Columns:
-    """Understand a header ``time_s, tx-rx-channel, ...``; without a channel, ``tx-rx``, there is one."""
+    """Understand a header ``time_s, tx-rx-channel, ...``; without a channel, ``tx-rx``, there is one.
+
+    A column without a name, as of rows that are numbered, is not read.
+    """
     pairs = directed_links_of(len(nodes.names))
     number = {f"{nodes.names[tx]}-{nodes.names[rx]}": link for link, (tx, rx) in enumerate(pairs.tolist())}
     if cells.count(TIME) != 1:
         raise DataError(f"{where}: one column must be named {TIME}, the others transmitter-receiver-channel.")
-    links, labels = [], []
+    links, labels = list[int](), list[str | None]()
     for cell in cells:
         if cell == TIME:
+            continue
+        if not cell:
+            links.append(-1)
+            labels.append(None)
             continue
         pair, label = (cell, "") if cell in number else (cell.rpartition("-")[0], cell.rpartition("-")[2])
         if pair not in number:
@@ -76,10 +73,11 @@ def named_columns(cells: list[str], delimiter: str | None, nodes: RadioNodes, wh
             )
         links.append(number[pair])
         labels.append(label)
-    channels = tuple(dict.fromkeys(labels))
-    channel = [channels.index(label) for label in labels]
-    if len(set(zip(links, channel, strict=True))) < len(links) or not links:
-        raise DataError(f"{where}: has {len(links)} columns of readings, two with one name or none; name each once.")
+    channels = tuple(label for label in dict.fromkeys(labels) if label is not None)
+    channel = [-1 if label is None else channels.index(label) for label in labels]
+    named = [pair for pair in zip(links, channel, strict=True) if pair[0] >= 0]
+    if len(set(named)) < len(named) or not named:
+        raise DataError(f"{where}: has {len(named)} columns of readings, two with one name or none; name each once.")
     return Columns(cells.index(TIME), 1.0, np.array(links), np.array(channel), channels, delimiter)
 
 
@@ -111,7 +109,7 @@ def wide_rows(lines: Lines, columns: Columns, links: int, name: str, feed: Feed 
 
     def read(numbered: tuple[int, str]) -> Row:
         where = f"{name}, line {numbered[0]}"
-        cells = cells_of(numbered[1], columns.delimiter)
+        cells = cells_of(numbered[1], columns.delimiter, width)
         if len(cells) != width:
             raise DataError(f"{where}: has {len(cells)} cells, not {width}; repair the line.")
         return where, *columns.readings(_numbers(cells, columns.time, where), links)
@@ -140,7 +138,7 @@ def long_readings(
 
     def read(numbered: tuple[int, str]) -> Reading:
         where = f"{name}, line {numbered[0]}"
-        cells = cells_of(numbered[1], delimiter)
+        cells = cells_of(numbered[1], delimiter, len(header))
         if len(cells) != len(header):
             raise DataError(f"{where}: has {len(cells)} cells for the columns {','.join(header)}; repair the line.")
         record = dict(zip(header, cells, strict=True))
@@ -225,8 +223,5 @@ def number_of(cell: str, column: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        advice = (
-            "write a decimal point" if re.fullmatch(r"[-+]?\d+,\d+", cell) else "write a number, or nothing for missing"
-        )
-        raise DataError(f"{where}, column {column}: {cell!r:.60} is no number; {advice}.")
+        raise DataError(f"{where}, column {column}: {cell!r:.60} is no number; write a number, or nothing for missing.")
     return value

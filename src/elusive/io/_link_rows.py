@@ -13,7 +13,8 @@ import numpy as np
 
 from elusive.contracts import Array
 from elusive.errors import DataError
-from elusive.io._link_formats import Row, cells_of, level_of, number_of
+from elusive.io._link_formats import Row, level_of, number_of
+from elusive.io.sources.cells import cells_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, Lines
 from elusive.sensors.radio_network import RadioNodes, directed_links_of
@@ -36,7 +37,7 @@ def receiver_rows(
 
     def read(numbered: tuple[int, str]) -> _Heard:
         where = f"{name}, line {numbered[0]}"
-        cells = cells_of(numbered[1], delimiter)
+        cells = cells_of(numbered[1], delimiter, size + 2)
         if len(cells) != size + 2:
             raise DataError(
                 f"{where}: has {len(cells)} cells; a row of a receiver has its node, a level of each of the {size} "

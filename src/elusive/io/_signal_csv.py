@@ -16,6 +16,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._opened import readable
 from elusive.io._table_lines import LATEST_S
+from elusive.io.sources.cells import cells_of, mark_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.header import is_number
 from elusive.io.sources.lines import STRICT, chained
@@ -77,16 +78,17 @@ class Table(NamedTuple):
             yield from in_order(rows, _time, lambda line: 0, self.feed, _moved) if counts_on else rows
 
     def _values(self, number: int, text: str) -> Array:
-        wanted, cells = self.columns + self.timed, text.split(self.delimiter)
+        wanted = self.columns + self.timed
+        cells = cells_of(text, self.delimiter, wanted)
         where = f"{self.path}, line {number}"
         if len(cells) != wanted:
             raise DataError(f"{where}: has {len(cells)} cells, the first line of numbers {wanted}; {REPAIR}")
         try:
-            values = np.array([cell.strip() or "nan" for cell in cells], dtype=np.float64)
+            values = np.array([cell or "nan" for cell in cells], dtype=np.float64)
         except ValueError:
             raise DataError(_bad_cell(where, cells)) from None
         if self.timed and not abs(values[0]) < LATEST_S:
-            raise DataError(f"{where}: {TIME} is {cells[0].strip() or 'empty'}; give every line its time in seconds.")
+            raise DataError(f"{where}: {TIME} is {cells[0] or 'empty'}; give every line its time in seconds.")
         return values
 
 
@@ -110,8 +112,8 @@ def open_table(path: Path, live: NumberedLines | None = None, feed: Feed = STRIC
             told = text.lstrip("# ")
             if not told or (text.startswith("#") and not told.startswith(TIME)):
                 continue
-            delimiter = next((mark for mark in ";," if mark in told), None)
-            cells = [cell.strip() for cell in told.split(delimiter)]
+            delimiter = mark_of(told)
+            cells = cells_of(told, delimiter)
             if names is None and (text.startswith("#") or _is_header(cells)):
                 names, named_at, named = cells, number, text
                 continue
@@ -160,8 +162,6 @@ def _is_header(cells: list[str]) -> bool:
 
 def _bad_cell(where: str, cells: list[str]) -> str:
     for place, cell in enumerate(cells, 1):
-        if cell.strip() and not is_number(cell):
-            comma = re.fullmatch(r"\s*[-+]?\d+,\d+\s*", cell) is not None
-            advice = "write a decimal point" if comma else "every cell must be a number"
-            return f"{where}, field {place}: {cell.strip()!r:.60} is no number; {advice}."
+        if cell and not is_number(cell):
+            return f"{where}, field {place}: {cell!r:.60} is no number; every cell must be a number."
     return f"{where}: is no line of numbers; {REPAIR}"

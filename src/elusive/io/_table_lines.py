@@ -11,6 +11,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from elusive.errors import DataError
+from elusive.io.sources.cells import cells_of, mark_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, lines_of
 
@@ -40,8 +41,7 @@ class TableLine(NamedTuple):
             return absent
         value = float(cell) if NUMBER.fullmatch(cell) else math.nan
         if not math.isfinite(value):
-            advice = "write a decimal point" if cell.count(",") == 1 else "write a finite one"
-            raise DataError(f"{self.where}, column {column}: {cell!r:.60} is no number; {advice}.")
+            raise DataError(f"{self.where}, column {column}: {cell!r:.60} is no number; write a finite one.")
         if abs(value) > most:
             raise DataError(f"{self.where}, column {column}: {value:g} is not from {-most:g} to {most:g}.")
         return value
@@ -99,10 +99,12 @@ def table_lines(
     Parameters
     ----------
     path
-        CSV, with commas, semicolons or tabs between; or what else :func:`~elusive.io.sources.lines_of` reads.
+        CSV, with commas, semicolons or tabs between, and decimal commas unless it has commas between; or what else
+        :func:`~elusive.io.sources.lines_of` reads.
     needed, perhaps
-        Columns that must be there, in any order, and others that may; None: any other. Of ``azimuth_deg|arrival_s``
-        either must, the first is usual.
+        Columns that must be there, in any order and case, and others that may; None: any other. Of
+        ``azimuth_deg|arrival_s`` either must, the first is usual. A column without a name, as of rows that are
+        numbered, is not read.
     what
         What a line holds: ``one bearing a line``.
     feed
@@ -137,12 +139,13 @@ class Table:
 
     def read_header(self, number: int, line: str) -> None:
         """Take the names of the columns from the first line."""
-        self._mark = next((mark for mark in ";\t" if mark in line), ",")
-        header, choices = self._cells(line), [names.split("|") for names in self._needed]
-        named = {name for names in choices for name in names}
-        unknown = self._perhaps is not None and not set(header) <= {*named, *self._perhaps}
-        lacking = not all(set(names) & set(header) for names in choices)
-        if unknown or lacking or len(set(header)) < len(header):
+        self._mark = mark_of(line) or ","
+        header = [name.lower() if name[:1].isupper() else name for name in cells_of(line, self._mark)]
+        choices = [names.split("|") for names in self._needed]
+        named, there = {name for names in choices for name in names}, [name for name in header if name]
+        unknown = self._perhaps is not None and not set(there) <= {*named, *self._perhaps}
+        lacking = not all(set(names) & set(there) for names in choices)
+        if unknown or lacking or len(set(there)) < len(there):
             others = [*(name for names in choices for name in names[1:]), *(self._perhaps or ())]
             more = f" and perhaps {', '.join(others)}" if others else ""
             usual = ",".join(names[0] for names in choices)
@@ -152,13 +155,8 @@ class Table:
     def read(self, numbered: tuple[int, str]) -> TableLine:
         """Read a line under the header."""
         number, line = numbered
-        where, cells, header = f"{self.name}, line {number}", self._cells(line), self.header or []
-        if self._mark == "\t":  # empty cells at the end were taken for white space
-            cells += [""] * (len(header) - len(cells))
+        where, header = f"{self.name}, line {number}", self.header or []
+        cells = cells_of(line, self._mark, len(header))
         if len(cells) != len(header):
             raise DataError(f"{where}: has {len(cells)} cells for {len(header)} columns: {line!r:.80}; repair it.")
-        return TableLine(where, dict(zip(header, cells, strict=True)))
-
-    def _cells(self, line: str) -> list[str]:
-        cells = [cell.strip() for cell in line.split(self._mark)]
-        return [cell.strip('"') for cell in cells] if '"' in line else cells
+        return TableLine(where, {name: cell for name, cell in zip(header, cells, strict=True) if name})

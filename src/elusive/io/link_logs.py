@@ -18,6 +18,7 @@ from elusive.io import _link_formats as formats
 from elusive.io._link_formats import LAYOUTS, LISTENX, LONG, Row
 from elusive.io._link_rows import receiver_rows
 from elusive.io._opened import existing_file
+from elusive.io.sources.cells import cells_of, mark_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.header import is_number
 from elusive.io.sources.lines import STRICT, Lines, after, chained, comes_once, lines_of
@@ -169,8 +170,8 @@ def open_link_log(
     first = next(((line, text) for line, text in live if not text.startswith("#")), None)
     if first is None:
         raise DataError(f"{name}: is empty; write a frame a line, or a reading a line under {','.join(LONG)}.")
-    where, delimiter = f"{name}, line {first[0]}", formats.delimiter_of(first[1])
-    cells = formats.cells_of(first[1], delimiter)
+    where, delimiter = f"{name}, line {first[0]}", mark_of(first[1])
+    cells = cells_of(first[1], delimiter)
     named = formats.TIME in cells or not any(map(is_number, cells))
 
     def lines() -> Lines:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Iterator
 
@@ -12,6 +11,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._table_lines import TableLine
 from elusive.io.csv_files import read_lines
+from elusive.io.sources.cells import cells_of, mark_of
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 
 PLACE = ("x_m", "y_m")
@@ -80,11 +80,10 @@ def _places(path: str | os.PathLike[str], columns: tuple[str, ...]) -> Iterator[
         text, where = line.strip(), f"{path}, line {number}"
         if not text or text.startswith("#"):
             continue
-        mark = next((mark for mark in ";," if mark in text), None)
-        cells = text.split() if mark is None else [cell.strip() for cell in next(csv.reader([text], delimiter=mark))]
-        if header is None and set(PLACE) <= set(cells):
-            header = cells
-            if sorted(header) != sorted(columns):
+        cells = cells_of(text, mark_of(text))
+        if header is None and set(PLACE) <= set(map(str.lower, cells)):
+            header = [name.lower() for name in cells]
+            if sorted(filter(None, header)) != sorted(columns):
                 raise DataError(f"{where}: the columns are {text!r:.80}; name them {','.join(columns)}.")
             continue
         header = header or list(PLACE)

@@ -23,6 +23,7 @@ from elusive.io.radar_video import open_radar_video
 from elusive.io.sinks.udp import UdpOutlet
 from elusive.io.sources import tcp
 from elusive.io.sources.address import Address, address_of
+from elusive.io.sources.cells import cells_of, mark_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import lines_of
 from elusive.io.sources.mqtt import client_for
@@ -116,8 +117,7 @@ def _lines(source: Path, *, header: bool) -> Iterator[tuple[float, bytes]]:
     for number, text in lines_of(str(source)):
         if text.startswith("#"):
             continue
-        mark = next((mark for mark in ";\t" if mark in text), ",")
-        cells = [cell.strip() for cell in text.split(mark)]
+        cells = cells_of(text, mark_of(text))
         if not names:
             if not set(TIMES) & set(cells):
                 raise DataError(f"{source}, line {number}: names no column time_s; nothing says when a line is due.")

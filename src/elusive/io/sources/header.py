@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from elusive.errors import DataError
+from elusive.io.sources.cells import cells_of, mark_of
 
 
 class Header:
@@ -18,8 +19,8 @@ class Header:
 
     def __init__(self, text: str, name: str) -> None:
         self._text, self._name = text, name
-        self._mark = next((mark for mark in ";\t," if mark in text), None)  # None is white space
-        cells = self._cells(text)
+        self._mark = mark_of(text)
+        cells = cells_of(text, self._mark)
         self._names = [] if any(map(is_number, cells)) else cells
         self._order: list[int] | None = None
 
@@ -34,7 +35,7 @@ class Header:
         if text == self._text:
             self._order = None
             return None
-        cells = self._cells(text)
+        cells = cells_of(text, self._mark)
         if len(set(cells) & set(self._names)) > 1:
             if sorted(cells) != sorted(self._names):
                 raise DataError(
@@ -46,9 +47,6 @@ class Header:
         if self._order is None or len(cells) != len(self._order):
             return text
         return (self._mark or " ").join(cells[k] for k in self._order)
-
-    def _cells(self, text: str) -> list[str]:
-        return [cell.strip().strip('"') for cell in text.split(self._mark)]
 
 
 def is_number(cell: str) -> bool:
