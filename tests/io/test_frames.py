@@ -183,6 +183,12 @@ def test_a_grey_picture_stored_otherwise_keeps_its_exact_values(tmp_path, movie,
     np.testing.assert_array_equal(next(iter(open_frames(tmp_path))), expected)
 
 
+@pytest.mark.parametrize("axis", [1, 3])
+def test_one_channel_is_none(tmp_path, movie, axis):
+    np.save(tmp_path / "one.npy", np.expand_dims(movie, axis))
+    np.testing.assert_array_equal(list(open_frames(tmp_path / "one.npy")), movie)
+
+
 def test_planar_colour_tiff(tmp_path):
     colour = np.random.default_rng(2).integers(0, 256, (2, 3, ROWS, COLS), dtype=np.uint8)
     tifffile.imwrite(tmp_path / "c.tif", colour, photometric="rgb", planarconfig="separate")

@@ -82,7 +82,9 @@ def check_same(shape: tuple[int, int], first: tuple[int, int], where: str) -> No
 
 
 def layout(shape: tuple[int, ...], dtype: np.dtype[Any], where: str) -> tuple[int, tuple[int, int]]:
-    """Return the frame count and the frames' (rows, cols) of an array, ``(T, rows, cols)`` or with 3 or 4 colours last.
+    """Return the frame count and the frames' (rows, cols) of an array.
+
+    It is ``(T, rows, cols)``, or has 3 or 4 colours last, or one channel, last or before the rows.
 
     Raises
     ------
@@ -94,6 +96,8 @@ def layout(shape: tuple[int, ...], dtype: np.dtype[Any], where: str) -> tuple[in
     colour = len(shape) > 2 and shape[-1] in (3, 4)
     if len(shape) == 2 or (len(shape) == 3 and colour):
         raise DataError(f"{where}: holds one image, shape {shape}; a sequence is an array (T, rows, cols).")
+    if len(shape) == 4 and 1 in (shape[1], shape[3]) and not colour:
+        shape = (shape[0], *(shape[1:3] if shape[3] == 1 else shape[2:]))
     if len(shape) != (4 if colour else 3):
         raise DataError(f"{where}: has {len(shape)} dimensions, shape {shape}; a sequence is an array (T, rows, cols).")
     if shape[0] == 0:

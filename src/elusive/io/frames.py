@@ -124,7 +124,8 @@ def open_frames(
     ----------
     source
         A stack (``.npy``, ``.npz``, multi-page TIFF, HDF5 or netCDF 4), a GIF, a video (extra ``video``), a folder of
-        images, or a glob that matches some. Arrays are ``(T, rows, cols)``, or ``(T, rows, cols, 3 or 4)`` in colour.
+        images, or a glob that matches some. Arrays are ``(T, rows, cols)``, in colour ``(T, rows, cols, 3 or 4)``, with
+        one channel ``(T, rows, cols, 1)`` or ``(T, 1, rows, cols)``.
         A folder's files are frames in natural order: frame2 before frame10. ``file.h5::/path`` names a dataset too.
         An array ``time_s`` (or ``time``, in seconds) beside the frames holds their times, and so does ``times.csv`` in
         a folder of images, or the DateTime of TIFF pages where no rate is given and no two are of the same second.
@@ -259,6 +260,8 @@ def _grey(raw: Any, where: str) -> Array:
     values = np.asarray(raw)
     if values.dtype.kind not in "buif":
         raise DataError(f"{where}: holds {values.dtype} values, not real numbers; save it as a grey image.")
+    if values.ndim == 3 and values.shape[2] not in (3, 4) and 1 in (values.shape[0], values.shape[2]):
+        values = values[..., 0] if values.shape[2] == 1 else values[0]  # of one channel
     if values.ndim == 2:
         return np.array(values, dtype=np.float64)
     if values.ndim == 3 and values.shape[2] in (3, 4):
