@@ -14,15 +14,15 @@ def level_sea(power):
     return SeaLevel(nothing, nothing, np.zeros(rows, int), np.zeros(rows, np.float32))
 
 
-def gathered(amplitude, time_s, received, place, width, samples, shape):
+def gathered(amplitude, passed, received, place, width, samples, shape):
     """Sums of the mean power, and of the mean root of the amplitude, of neighbouring samples, row by row.
 
-    Each spoke is dealt out to a thousand points across its width; then how many were received, passed, and when, and
-    how much of each cell is missing.
+    Each spoke is dealt out to a thousand points across its width; then how many were received, passed, when and where,
+    and how much of each cell is missing.
     """
-    total, counted, lost = np.zeros((2, *shape)), np.zeros((3, shape[0])), np.zeros(shape)
+    total, counted, lost = np.zeros((2, *shape)), np.zeros((5, shape[0])), np.zeros(shape)
     across = (np.arange(1000) + 0.5) / 1000 - 0.5
-    for spoke, time, heard, middle in zip(amplitude.astype(float), time_s, received, place, strict=True):
+    for spoke, mark, heard, middle in zip(amplitude.astype(float), passed, received, place, strict=True):
         cells = spoke[: shape[1] * samples].reshape(shape[1], samples)
         reached, parts = np.unique(np.floor(middle + width * across).astype(int), return_counts=True)
         for row, part in zip(reached, parts / 1000, strict=True):
@@ -31,7 +31,8 @@ def gathered(amplitude, time_s, received, place, width, samples, shape):
             lost[row % shape[0]] += part * np.isnan(cells).mean(axis=1)
             counted[0, row % shape[0]] += part * heard
             if 0 <= row < shape[0]:
-                counted[1:, row] += part, part * time
+                counted[1, row] += part
+                counted[2:, row] += part * mark
     return *total, counted, lost
 
 
@@ -67,9 +68,9 @@ def ratio_of(e, rho, hidden=0.02):
 
 def look(mean, covariance, weights, evidence, grid, sd, ratios, gate, claimed):
     """One target's log ratio, belief and strengths after a look at all cells in its gate."""
-    start, step, first, east, north = grid
+    start, step, first = grid
     rows, columns = evidence.shape
-    off = mean[[0, 2]] - [east, north]
+    off = mean[[0, 2]]
     r = np.hypot(*off)
     out = off / r
     turned = np.array([out, [out[1], -out[0]]])  # outwards, clockwise

@@ -39,11 +39,11 @@ def test_a_look_is_that_of_the_twin():
     rng = np.random.default_rng(3)
     evidence = rng.exponential(1.5, (40, 30))
     evidence[7, 3:6] = np.nan
-    grid, sd, ratios = (105.0, 20.0, 0.08, 30.0, -20.0), (12.0, 0.04), np.array([1.5, 5.0, 30.0])
+    grid, sd, ratios = (105.0, 20.0, 0.08), (12.0, 0.04), np.array([1.5, 5.0, 30.0])
     claimed = np.where(rng.random(evidence.shape) < 0.2, rng.random(evidence.shape), 0.0).astype(np.float32)
     ones = np.ones(evidence.shape, np.float32)
     for azimuth, worth in ((0.01, 1.0), (1.1, 0.7), (3.1, 1.0), (6.2, 0.3)):
-        mean = np.array([30 + 300 * np.sin(azimuth), 4.0, -20 + 300 * np.cos(azimuth), -3.0])
+        mean = np.array([300 * np.sin(azimuth), 4.0, 300 * np.cos(azimuth), -3.0])
         root = rng.normal(0, 1, (4, 4)) * [[20.0], [3.0], [20.0], [3.0]]
         covariance, weights = root @ root.T + np.diag([50.0, 4.0, 50.0, 4.0]), np.array([0.5, 0.3, 0.2])
         ratio, middle, spread, after = twin.look(
@@ -60,6 +60,32 @@ def test_a_look_is_that_of_the_twin():
         np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
         np.testing.assert_allclose(covariances[0], spread, rtol=1e-3, atol=1e-2)
         np.testing.assert_allclose(levels[0], 0.98 * after + 0.02 / 3, rtol=1e-4)
+
+
+def test_a_target_is_looked_for_from_where_the_radar_was_as_the_beam_passed():
+    radar, rng = RadarVideo(step_m=10.0, pulse_m=20.0, start_m=100.0, samples=200), np.random.default_rng(5)
+    evidence = rng.exponential(size=radar.shape).astype(np.float32)
+    row, column = 40, 90
+    evidence[row, column] = 30.0
+    ones, row_place = np.ones_like(evidence), np.linspace([-9.0, 6.0], [9.0, -6.0], len(evidence))
+    stands, sails = (
+        EvidenceTurn(0.0, np.zeros(len(ones)), evidence, (0.0, 0.0), ones, ones, level_sea(ones), places)
+        for places in (None, row_place)
+    )
+    at, way = radar.places()[row, column], row_place[row]
+    mean, covariance = np.zeros((1, 4)), np.diag([900.0, 25.0, 900.0, 25.0])[None]
+    mean[0, [0, 2]] = at + np.array([20.0, -10.0])
+    told = np.zeros((1, 2)), np.full(1, 0.5), np.zeros(1, np.int64)
+    levels = np.full((1, len(radar.ratios)), 1 / len(radar.ratios))
+    first = radar.look(mean, covariance, levels, *told, stands, 3.0)
+    mean[0, [0, 2]] += way
+    second = radar.look(mean, covariance, levels, *told, sails, 3.0)
+    # the belief's middle was in another row
+    np.testing.assert_allclose(second.mean[0, [0, 2]], first.mean[0, [0, 2]] + way, atol=0.5)
+    np.testing.assert_allclose(second.log_ratio, first.log_ratio, atol=0.05)
+    assert (radar.cells((at + way)[None], sails), radar.cells(at[None], stands)) == (([row], [column]),) * 2
+    begun = radar.beginnings(sails, second._replace(claimed=np.zeros_like(evidence)), 13.0, 9)
+    np.testing.assert_allclose(begun.places, [at + way])
 
 
 def test_the_mean_about_a_target_is_that_of_the_twin():

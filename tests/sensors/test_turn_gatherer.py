@@ -20,12 +20,12 @@ def test_spokes_are_gathered_as_by_the_twin(kind, width):
     rng = np.random.default_rng(1)
     amplitude, place = rng.integers(0, 200, (50, 13)).astype(kind), rng.uniform(0, 8, 50)
     place = np.floor(1000 * place) / 1000 + 0.0005  # between the points that the twin deals out
-    time_s, received = rng.uniform(0, 2, 50), rng.random(50) < 0.8
+    passed, received = rng.uniform(0, 2, (50, 3)), rng.random(50) < 0.8
     if kind is np.float32:
         amplitude[rng.random(amplitude.shape) < 0.1] = np.nan
-    (total, roots, lost), counted = np.zeros((3, 8, 4), np.float32), np.zeros((3, 8))
-    holes = kernels.gather(amplitude, time_s, received, place, width, 3, total, roots, counted, lost)
-    expected = twin.gathered(amplitude, time_s, received, place, width, 3, total.shape)
+    (total, roots, lost), counted = np.zeros((3, 8, 4), np.float32), np.zeros((5, 8))
+    holes = kernels.gather(amplitude, passed, received, place, width, 3, total, roots, counted, lost)
+    expected = twin.gathered(amplitude, passed, received, place, width, 3, total.shape)
     for found, one in zip((total, roots, counted, lost), expected, strict=True):
         np.testing.assert_allclose(found, one, rtol=1e-5 if width == 0 else 0.01)
     assert holes == np.isnan(amplitude[:, :12].astype(float)).reshape(50, 4, 3).any(axis=2).sum()
@@ -33,6 +33,20 @@ def test_spokes_are_gathered_as_by_the_twin(kind, width):
     spokes[3] = 0
     found = kernels.overlap(total, spokes, 2, 2)
     np.testing.assert_allclose(found, twin.overlapped(total.astype(float), spokes, 2, 2), rtol=2e-5)
+
+
+def test_each_row_is_seen_from_where_the_radar_was_then():
+    """A turn had the place of the last of its spokes that were read together: a ship was told a turn's way off."""
+    azimuth, nothing = 2 * np.pi * (np.arange(720) % 360 + 0.5) / 360, np.full(720, np.nan)
+    place = np.column_stack([0.05 * np.arange(720), 7.0 + np.zeros(720)])
+    amplitude, times = np.ones((720, 128), np.float32), np.arange(720) / 180
+    gatherer = TurnGatherer(RADAR)
+    read = Spokes(times, azimuth, True, RADAR.start_m, 10.0, amplitude, 0, nothing, np.stack([nothing] * 2, 1))
+    turns = gatherer.add(read, azimuth, place) + gatherer.rest()
+    for number, turn in enumerate(turns):
+        np.testing.assert_allclose(turn.row_place[:, 0], 9.0 * turn.row_s, atol=1e-9)  # 9 m/s
+        np.testing.assert_allclose(turn.place, (9.0 * (1 + 2 * number), 7.0), atol=0.05)
+    assert len(turns) == 2
 
 
 def test_samples_that_were_not_received_are_no_value():
@@ -45,7 +59,7 @@ def test_samples_that_were_not_received_are_no_value():
     gatherer = TurnGatherer(RADAR, azimuth[1] - azimuth[0])
     read = Spokes(azimuth, azimuth, True, RADAR.start_m, 10.0, amplitude, 0, nothing, np.stack([nothing] * 2, 1))
     gatherer.add(read, azimuth, (0.0, 0.0))
-    (turn,) = gatherer.rest((0.0, 0.0))
+    (turn,) = gatherer.rest()
     row, column = np.nonzero(np.isnan(turn.power[:, :-1]))
     assert len(row)
     assert (np.abs(RADAR.azimuth_rad[row] - np.radians(205)) < np.radians(11)).all()
@@ -81,7 +95,7 @@ def test_rows_finer_than_spokes_are_all_received():
         azimuth, azimuth, True, 0.0, 10.0, np.ones((300, 64), np.float32), 0, nothing, np.stack([nothing] * 2, 1)
     )  # fmt: skip
     gatherer.add(read, azimuth, (0.0, 0.0))
-    (turn,) = gatherer.rest((0.0, 0.0))
+    (turn,) = gatherer.rest()
     np.testing.assert_allclose(turn.power[:, :-1], 1.0, rtol=1e-5)
 
 
@@ -103,10 +117,10 @@ def test_turns_are_told_apart_and_a_point_is_where_it_is():
             )  # fmt: skip
             turns += gatherer.add(read, azimuth[part], (5.0, 6.0))
     assert len(turns) == 2
-    last = gatherer.rest((5.0, 6.0))[0]  # a recording of exactly one turn was refused
+    last = gatherer.rest()[0]  # a recording of exactly one turn was refused
     np.testing.assert_allclose(last.row_s - turns[1].row_s, period)
     np.testing.assert_allclose(last.power, turns[1].power)
-    assert not gatherer.rest((5.0, 6.0))
+    assert not gatherer.rest()
     assert turns[0].place == (5.0, 6.0)
     np.testing.assert_allclose(turns[1].row_s - turns[0].row_s, period)
     assert turns[0].time_s < period <= turns[1].row_s[0] + 0.1
@@ -131,7 +145,7 @@ def test_what_is_left_is_a_turn_from_north_to_north(first, last, turns):
         azimuth, azimuth, True, RADAR.start_m, 10.0, amplitude, 0, nothing, np.stack([nothing] * 2, 1)
     )  # fmt: skip
     assert not gatherer.add(read, azimuth, (0.0, 0.0))
-    assert len(gatherer.rest((0.0, 0.0))) == turns
+    assert len(gatherer.rest()) == turns
 
 
 def test_a_blanked_sector_is_not_received():

@@ -167,6 +167,21 @@ def test_a_track_that_has_left_no_place_is_a_candidate():
     assert [some[2] for some in told] == ["candidate"] + ["confirmed"] * 7
 
 
+def test_where_a_guess_was_is_no_place_that_a_track_has_left():
+    """A buoy seen from a ship under way was told as one itself: its first places were known to 30 m, and it to 5."""
+    moved, turn = None, turn_of(points([60], [1.0]), 0.0)
+    for k in range(30):
+        off, deviation = (40.0, 30.0) if k < 2 else (0.0, 5.0)
+        buoy, slow = track(1, 60), track(2, 80)
+        covariance = np.array(buoy.covariance)
+        covariance[np.ix_([0, 2], [0, 2])] = deviation**2 * np.eye(2)
+        buoy, slow = (one._replace(mean=np.array(one.mean), covariance=covariance) for one in (buoy, slow))
+        buoy.mean[0] += off
+        slow.mean[0] += 1.5 * k
+        moved = moved_after(moved, (buoy, slow), {}, turn, SENSOR)
+    assert moved.left == {2}
+
+
 @pytest.mark.parametrize(("step_m", "samples", "length_m", "speed"), [(12.5, 100, 150, 9.0), (5.0, 240, 240, 4.0)])
 def test_a_hull_of_many_cells_is_one_ship_where_it_is(step_m, samples, length_m, speed, tmp_path):
     """It was two to four tracks on it, sure of places at bow and stern and of wrong speeds; of 48 cells a wrong one."""

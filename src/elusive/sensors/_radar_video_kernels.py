@@ -65,7 +65,7 @@ def mean_about(
 @njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract", "reassoc", "nsz"})
 def look(
     mean: Array, covariance: Array, existence: Array, levels: Array, worth: Array, number: NDArray[np.int64],
-    order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float, float, float],
+    order: NDArray[np.int64], evidence: NDArray[np.float32], grid: tuple[float, float, float],
     sd: tuple[float, float], ratios: Array, gate: float, missed: float, power: NDArray[np.float32],
     sea: Sea, claimed: NDArray[np.float32], log_ratio: Array,
 ) -> None:  # fmt: skip
@@ -73,10 +73,10 @@ def look(
 
     Beliefs of one ``number`` ``(T,)``, together in ``order``, are of one target: none claims what is another's of them.
 
-    ``mean`` ``(T, 4)`` x, vx, y, vy and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of the strengths
-    ``ratios`` ``(K,)``; ``worth`` ``(T,)``: what evidence is multiplied by. ``grid``: first range, range step, first
-    azimuth, radar's x and y; ``sd``: of a range [m] and an azimuth [rad]. A cell of evidence e is a target's with
-    likelihood ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1), save for HIDDEN; of which cell is not known, so that the
+    ``mean`` ``(T, 4)`` x, vx, y, vy from the radar and ``covariance`` ``(T, 4, 4)``; ``levels`` ``(T, K)`` weights of
+    the strengths ``ratios`` ``(K,)``; ``worth`` ``(T,)``: what evidence is multiplied by. ``grid``: first range, range
+    step, first azimuth; ``sd``: of a range [m] and an azimuth [rad]. A cell of evidence e is a target's with likelihood
+    ratio (exp(e (1 - 1 / rho)) - 1) / (rho - 1), save for HIDDEN; of which cell is not known, so that the
     ratio is the mean over where the target may be. What
     another target claims with probability q is explained: l becomes l / (q l + 1 - q). ``claimed`` ``(A, R)`` and
     ``log_ratio`` ``(T,)`` are filled, the former by the turn's ``power`` ``(A, R)`` over the ``sea``'s.
@@ -84,7 +84,7 @@ def look(
     rows, columns = evidence.shape
     kinds = len(ratios)
     base, scale, slope, powers = _laws(ratios)
-    start, step, first, east, north = grid
+    start, step, first = grid
     pitch = 2 * np.pi / rows
     held, likely, gain = np.zeros(len(slope)), np.empty(len(slope)), np.empty((4, 2))
     spot, first_of = np.full((len(order), 2), -1), 0
@@ -93,7 +93,7 @@ def look(
         if number[t] != number[order[first_of]]:
             claim(order[first_of:place], existence, log_ratio, spot, power, sea, claimed)
             first_of = place
-        x, y = mean[t, 0] - east, mean[t, 2] - north
+        x, y = mean[t, 0], mean[t, 2]
         r = max(np.sqrt(x * x + y * y), 1e-3)
         ux, uy = x / r, y / r  # outwards; (uy, -ux) is clockwise
         at = (np.arctan2(x, y) - first) / pitch

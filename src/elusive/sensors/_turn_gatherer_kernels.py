@@ -16,14 +16,15 @@ LEAST_PART = 1e-6  # of a spoke
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def gather(
-    amplitude: NDArray[Any], time_s: Array, received: NDArray[np.bool_], place: Array, width: float, samples: int,
+    amplitude: NDArray[Any], passed: Array, received: NDArray[np.bool_], place: Array, width: float, samples: int,
     total: NDArray[np.float32], roots: NDArray[np.float32], counted: Array, lost: NDArray[np.float32],
 ) -> int:  # fmt: skip
     """Add mean power, and mean root of amplitude, of ``samples`` neighbours of spokes ``(n, m)`` to rows ``(A, R)``.
 
-    A spoke covers ``width`` rows about its ``place``, in rows, and is shared among them. ``counted`` ``(3, A)`` gathers
-    how many were received and passed, and the sum of the latter's times. NaN is left out: ``lost`` ``(A, R)`` gathers
-    the spokes, and parts of them, that are missing so; of how many cells of a spoke is returned.
+    A spoke covers ``width`` rows about its ``place``, in rows, and is shared among them. ``counted`` ``(5, A)`` gathers
+    how many were received and passed, and the sums of what is ``passed`` ``(n, 3)`` with the latter: time and place.
+    NaN is left out: ``lost`` ``(A, R)`` gathers the spokes, and parts of them, that are missing so; of how many cells
+    of a spoke is returned.
     """
     rows, columns = total.shape
     share = np.float32(1.0 / samples)
@@ -67,7 +68,8 @@ def gather(
             counted[0, row] += part * received[i]
             if row == a:  # what reaches over north is of this turn's other end
                 counted[1, row] += part
-                counted[2, row] += part * time_s[i]
+                for k in range(3):
+                    counted[2 + k, row] += part * passed[i, k]
     return holes
 
 

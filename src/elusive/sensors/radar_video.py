@@ -47,10 +47,22 @@ class EvidenceTurn(NamedTuple):
     time_s: float
     row_s: Array  # (A,)
     evidence: NDArray[np.float32]  # (A, R) exponential of mean 1 in clutter; NaN where nothing is known
-    place: tuple[float, float]
+    place: tuple[float, float]  # of the radar, in the mean
     divided: NDArray[np.float32]  # (A, R) by what evidence was, for what that turn alone shows
     power: NDArray[np.float32]  # (A, R) mean power of a cell
     sea: SeaLevel  # that a cell's is set against
+    row_place: Array | None = None  # (A, 2) of the radar as the beam passed each row; None: it stood [m]
+
+    def seen_from(self, places: Array) -> Array:
+        """Where the radar was when the beam passed places ``(..., 2)``, of the same shape."""
+        off, rows = np.moveaxis(places - np.asarray(self.place), -1, 0), len(self.evidence)
+        return self.row_origin(np.round(np.arctan2(*off) * (rows / TURN_RAD) - 1).astype(np.int64) % rows)
+
+    def row_origin(self, row: NDArray[np.int64] | int) -> Array:
+        """Where the radar was when the beam passed rows, ``(..., 2)``."""
+        if self.row_place is None:
+            return np.broadcast_to(self.place, (*np.shape(row), 2))
+        return np.asarray(self.row_place[row])
 
     def over_sea(self, row: NDArray[np.int64] | int, column: NDArray[np.int64] | int) -> Array:
         """Logarithm of power over what is expected of the sea, of the shape that rows and columns of cells have."""
@@ -133,7 +145,7 @@ class RadarVideo(Model):
 
     def spread(self, places: Array, measurement: EvidenceTurn) -> Array:
         """Covariance of a target's place within its cell, at places ``(T, 2)``, ``(T, 2, 2)``."""
-        off = places - np.asarray(measurement.place)
+        off = places - measurement.seen_from(places)
         distance = np.maximum(np.hypot(*off.T), 1e-3)
         out = off / distance[:, None]
         along = np.stack([out[:, 1], -out[:, 0]], axis=1)
@@ -163,18 +175,20 @@ class RadarVideo(Model):
         about = kernels.mean_about(measurement.evidence, measurement.divided, *at, AROUND, GUARD, MOST)
         background = remembered(background, about)
         worth = np.minimum(measurement.divided[at] / scale_along(background), 1.0)  # none is divided twice
+        origin = measurement.seen_from(mean[:, [X, Y]])
+        mean[:, [X, Y]] -= origin
         kernels.look(
             mean, covariance, existence, levels, worth, number, order, evidence,
-            (*self.grid, *measurement.place), self.deviations, self.ratios, gate, MISSED, measurement.power,
+            self.grid, self.deviations, self.ratios, gate, MISSED, measurement.power,
             (*measurement.sea,), claimed, log_ratio,
         )  # fmt: skip
-        off = mean[:, [X, Y]] - np.asarray(measurement.place)
-        log_ratio[np.hypot(*off.T) > self.range_m[-1] + self.cell_m] = -math.inf  # targets are those in view
+        log_ratio[np.hypot(mean[:, X], mean[:, Y]) > self.range_m[-1] + self.cell_m] = -math.inf  # not in view
+        mean[:, [X, Y]] += origin
         return Looked(mean, covariance, levels, background, log_ratio, claimed)
 
     def cells(self, places: Array, measurement: EvidenceTurn) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Row and column of places ``(T, 2)``; out of range, the nearest column."""
-        off = places - np.asarray(measurement.place)
+        off = places - measurement.seen_from(places)
         rows, columns = self.shape
         row = np.round(np.arctan2(off[:, 0], off[:, 1]) / self.grid[2] - 1).astype(np.int64) % rows
         column = np.round((np.hypot(*off.T) - self.grid[0]) / self.grid[1]).astype(np.int64)
@@ -193,7 +207,7 @@ class RadarVideo(Model):
         ratio = self._around(evidence, row, column, least)
         azimuth, distance = self.azimuth_rad[row], self.range_m[column]
         out = np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
-        places = np.asarray(measurement.place) + distance[:, None] * out
+        places = measurement.row_origin(row) + distance[:, None] * out
         times = measurement.row_s[row]
         return Beginnings(
             places=places,

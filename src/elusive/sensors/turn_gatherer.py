@@ -12,7 +12,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from elusive.contracts import Array
 from elusive.sensors.radar_video import TURN_RAD, RadarVideo
@@ -34,8 +34,14 @@ class VideoTurn(NamedTuple):
     row_s: Array  # (A,) when the beam passed each row; NaN where it did not
     power: NDArray[np.float32]  # (A, R) mean power of a cell's samples; NaN where no spoke was
     even: NDArray[np.float32]  # (A, R) that of the mean root of their amplitudes
-    place: tuple[float, float]  # of the radar, x and y [m]
+    row_place: Array  # (A, 2) of the radar as the beam passed each row, x and y [m]; where it did not, in the mean
     spoilt: int = 0  # rows that another radar's pulses filled: taken as not received
+
+    @property
+    def place(self) -> tuple[float, float]:
+        """Of the radar, in the mean."""
+        x, y = self.row_place.mean(axis=0).tolist()
+        return x, y
 
 
 class TurnGatherer:
@@ -62,12 +68,13 @@ class TurnGatherer:
     def _clear(self) -> None:
         rows, columns = self.sensor.shape
         self._total, self._roots = np.zeros((2, rows, columns), np.float32)
-        self._counted = np.zeros((3, rows))  # spokes received, spokes passed, and the sum of the latter's times
+        self._counted = np.zeros((5, rows))  # spokes received, spokes passed, and sums of the latter's times and places
         self._lost, self._holes = np.zeros((rows, columns), np.float32), 0  # spokes missing in a cell; in how many any
 
-    def add(self, spokes: Spokes, azimuth_rad: Array, place: tuple[float, float]) -> list[VideoTurn]:
+    def add(self, spokes: Spokes, azimuth_rad: Array, place: ArrayLike) -> list[VideoTurn]:
         """Take in spokes, whose azimuths are from north, and return the turns that ended with them.
 
+        ``place`` is the radar's at each of them, ``(n, 2)``, or at all ``(2,)`` [m].
         Samples that are NaN were not received: a cell is the mean of the others, and NaN where most are missing.
         """
         from elusive.sensors import _turn_gatherer_kernels as kernels
@@ -77,25 +84,26 @@ class TurnGatherer:
         row = np.minimum(across.astype(np.int64), rows - 1)
         before = np.concatenate([[self._row if self._row >= 0 else row[0]], row[:-1]])
         ends = np.flatnonzero(row < before - rows // 2).tolist()
+        passed = np.column_stack([spokes.time_s, np.broadcast_to(place, (len(row), 2))])
         found = []
         for number, (start, stop) in enumerate(zip([0, *ends], [*ends, len(row)], strict=True)):
             if number:
-                found.append(self._ended(place))
+                found.append(self._ended())
             part = slice(start, stop)
             self._least = LEAST_POWER if spokes.bits else 0.0
             amplitude = spokes.amplitude[part]
             self._holes += kernels.gather(
-                amplitude, spokes.time_s[part], self._received(amplitude), across[part], self._width,
+                amplitude, passed[part], self._received(amplitude), across[part], self._width,
                 self.sensor.grouped, self._total, self._roots, self._counted, self._lost,
             )  # fmt: skip
         self._row = int(row[-1])
         return found
 
-    def rest(self, place: tuple[float, float]) -> list[VideoTurn]:
+    def rest(self) -> list[VideoTurn]:
         """Return the turn in hand once no spoke comes any more: none if it did not go from north round to north."""
         passed = self._counted[1]
         edge = max(1, len(passed) // NORTH)
-        return [self._ended(place)] if passed[:edge].any() and passed[-edge:].any() else []
+        return [self._ended()] if passed[:edge].any() and passed[-edge:].any() else []
 
     def _received(self, amplitude: NDArray[np.generic]) -> NDArray[np.bool_]:
         """Say which spokes were: those of a blanked sector have no noise, where others have."""
@@ -126,11 +134,13 @@ class TurnGatherer:
         self._roots[where] /= rest
         return tuple(one[lost > MOST_LOST] for one in where)
 
-    def _ended(self, place: tuple[float, float]) -> VideoTurn:
+    def _ended(self) -> VideoTurn:
         from elusive.sensors import _turn_gatherer_kernels as kernels
 
         with np.errstate(invalid="ignore", divide="ignore"):
-            times = self._counted[2] / self._counted[1]
+            times, *place = self._counted[2:] / self._counted[1]
+        row_place = np.column_stack(place)
+        row_place = np.where(np.isfinite(row_place), row_place, np.nanmean(row_place, axis=0))
         gone = self._filled()
         spoilt = self._spoilt()
         self._counted[0, spoilt] = 0
@@ -142,7 +152,7 @@ class TurnGatherer:
             times,
             np.maximum(power, least),
             np.maximum((root * root) ** 2, least),
-            place,
+            row_place,
             int(spoilt.sum()),
         )
         self._clear()

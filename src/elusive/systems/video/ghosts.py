@@ -46,8 +46,9 @@ def ghosts_after(before: Ghosts | None, tracks: Sequence[Track], turn: EvidenceT
         if track.track in old.found:
             found.add(track.track)
         if track.status == "confirmed":
-            x, y = track.mean[[X, Y]] - np.asarray(turn.place)
-            here = float(math.hypot(x, y)), math.atan2(x, y), _strength(float(x), float(y), turn, sensor)
+            place = track.mean[None, [X, Y]]
+            ((x, y),) = place - turn.seen_from(place)
+            here = float(math.hypot(x, y)), math.atan2(x, y), _strength(place, turn, sensor)
             ways[track.track] = (*old.ways.get(track.track, ()), here)[-KEPT:]
     held = {number: np.array(way) for number, way in ways.items() if len(way) >= FEWEST}
     power = {number: float(way[:, 2].mean()) for number, way in held.items()}
@@ -112,9 +113,9 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _strength(x: float, y: float, turn: EvidenceTurn, sensor: RadarVideo) -> float:
-    """Logarithm of the greatest power about a place, from the radar, over what is expected of the sea."""
-    (row,), (column,) = sensor.cells(np.array([[x, y]]) + turn.place, turn)
+def _strength(place: Array, turn: EvidenceTurn, sensor: RadarVideo) -> float:
+    """Logarithm of the greatest power about a place ``(1, 2)``, over what is expected of the sea."""
+    (row,), (column,) = sensor.cells(place, turn)
     near = np.arange(-1, 2)
     columns = np.clip(column + near, 0, sensor.shape[1] - 1)
     return float(np.nanmax(turn.over_sea((row + near)[:, None] % sensor.shape[0], columns), initial=0.0))

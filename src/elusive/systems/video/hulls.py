@@ -110,7 +110,8 @@ def _line(one: Track, other: Track, turn: EvidenceTurn, sensor: RadarVideo) -> A
     mean = np.array([one.mean, other.mean])
     passed = turn.time_s - sensor.arrival_s(mean[:, PLACE], turn)
     ends = mean[:, PLACE] - passed[:, None] * mean[:, VELOCITY]
-    off = ends[0] + BETWEEN * (ends[1] - ends[0]) - np.asarray(turn.place)
+    line = ends[0] + BETWEEN * (ends[1] - ends[0])
+    off = line - turn.seen_from(line)
     row, column = np.unwrap(np.arctan2(*off.T)) / pitch - 1, (np.hypot(*off.T) - first) / step
     near = math.hypot(row[-1] - row[0], column[-1] - column[0]) < APART
     row, column = np.round(row).astype(np.int64), np.round(column).astype(np.int64)

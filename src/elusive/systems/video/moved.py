@@ -1,6 +1,6 @@
 """Whether a track has gone anywhere: what flickers in its place, as a coast does, is told with a velocity, and stays.
 
-A ship under way leaves the place where it was first told by more than it errs. Until then it is a candidate.
+A ship under way leaves a place where it was told by more than it errs there and then. Until then it is a candidate.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from elusive.systems.video.peaks import MIDDLE, PeaksOf, cell_covariance
 from elusive.tracking.track import Track
 
 PLACE = [X, Y]
-LEFT = 3.0  # deviations of its place and of a quarter of a cell, by which a track has left where it was
+LEFT = 3.0  # deviations of both places and of a quarter of a cell, by which a track has left where it was
 PART = 0.25
+KEPT = 60  # places that are held against the latest, at most
 
 
 class Moved(NamedTuple):
     """What is known of where tracks have been."""
 
-    first: dict[int, Array]  # (2,) where each was told first [m]
-    left: frozenset[int]  # those that have left that
+    told: dict[int, tuple[Array, Array]]  # (n, 2) where each was told, and (n, 2, 2) covariance [m, m^2]
+    left: frozenset[int]  # those that have left such a place
 
 
 def moved_after(
@@ -34,19 +35,24 @@ def moved_after(
 
     By how much the middle of an echo, as ``peaks`` tell it, is off its ship's for good, it is off at both places.
     """
-    old = before or Moved({}, frozenset())
-    alive = [track for track in tracks if track.status != "deleted"]
-    first = {track.track: old.first.get(track.track, track.mean[PLACE]) for track in alive}
-    left = {track.track for track in alive if track.track in old.left}
-    for track in alive:
-        off = track.mean[PLACE] - first[track.track]
-        cell = cell_covariance(track.mean[PLACE] - np.asarray(turn.place), sensor)
-        spread = track.covariance[np.ix_(PLACE, PLACE)] + PART**2 * cell
-        if track.track in peaks:
-            spread -= MIDDLE**2 * peaks[track.track].reach
-        if off @ np.linalg.solve(spread, off) > LEFT**2:
+    old, told, left = before or Moved({}, frozenset()), dict[int, tuple[Array, Array]](), set[int]()
+    for track in tracks:
+        if track.status == "deleted":
+            continue
+        if track.track in old.left:
             left.add(track.track)
-    return Moved(first, frozenset(left))
+            continue
+        place, spread = track.mean[PLACE], track.covariance[np.ix_(PLACE, PLACE)]
+        if track.track in peaks:
+            spread = spread - MIDDLE**2 * peaks[track.track].reach
+        places, spreads = old.told.get(track.track, (np.zeros((0, 2)), np.zeros((0, 2, 2))))
+        both = spreads + spread + PART**2 * cell_covariance(place - np.asarray(turn.place), sensor)
+        off = place - places
+        if (np.einsum("ni,nij,nj->n", off, np.linalg.inv(both), off) > LEFT**2).any():
+            left.add(track.track)
+        else:
+            told[track.track] = np.vstack([places, place])[-KEPT:], np.concatenate([spreads, spread[None]])[-KEPT:]
+    return Moved(told, frozenset(left))
 
 
 def without_still(tracks: Sequence[Track], moved: Moved) -> tuple[Track, ...]:

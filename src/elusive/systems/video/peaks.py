@@ -53,7 +53,7 @@ def peaks_after(
     before: PeaksOf | None, tracks: Sequence[Track], turn: EvidenceTurn, sensor: RadarVideo, deviation: float
 ) -> PeaksOf:
     """Return what peaks of tracks' echoes tell after a turn; ``deviation`` is the sea's."""
-    found, east_north = dict[int, Peaks](), np.asarray(turn.place)
+    found = dict[int, Peaks]()
     for track in tracks:
         if track.status == "deleted":
             continue
@@ -64,7 +64,7 @@ def peaks_after(
         passed_s = turn.time_s - float(turn.row_s[echo.row]) if math.isfinite(turn.row_s[echo.row]) else 0.0
         own = track.mean[PLACE] - passed_s * track.mean[VELOCITY]
         found[track.track] = told_by(
-            (before or {}).get(track.track), turn.time_s - passed_s, east_north + echo.at, own,
+            (before or {}).get(track.track), turn.time_s - passed_s, turn.row_origin(echo.row) + echo.at, own,
             cell_covariance(echo.at, sensor), echo.reach, _log_shown(turn, int(row), int(column)),
         )  # fmt: skip
     return found

@@ -134,7 +134,7 @@ def _sea_about(
         at = cells.reshape(-1, 2)
         away = np.hypot(*(at[:, None] - tracked).transpose(2, 0, 1)).min(axis=1)
         at = at[away > 0.5 * np.tile(least, len(cells))]  # another track's echo, crest or ship, says nothing
-        evidence = _evidence_at(at - np.asarray(turn.place), turn, sensor)
+        evidence = _evidence_at(at - turn.seen_from(at), turn, sensor)
         found.append((float(np.minimum(evidence, MOST).sum()), float(len(evidence))))
     return found[0], found[1]
 

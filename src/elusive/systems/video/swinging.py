@@ -77,7 +77,7 @@ def expected(ships: Sequence[Track], told_s: float, turn: EvidenceTurn, sensor: 
     for _ in range(2):  # when the beam passes hangs on where they are
         place = mean[:, [X, Y]] + (sensor.arrival_s(place, turn) - told_s)[:, None] * mean[:, [VX, VY]]
     first, step, pitch = sensor.grid
-    x, y = (place - np.asarray(turn.place)).T
+    x, y = (place - turn.seen_from(place)).T
     return np.stack([np.arctan2(x, y) / pitch - 1, (np.hypot(x, y) - first) / step], axis=1)
 
 

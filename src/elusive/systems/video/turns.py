@@ -65,20 +65,22 @@ def turns_of(
     ``moves`` says whether the radar's place is that of the spokes; else it stands at the frame's origin. ``live`` ends
     them once the range scale has changed for good; ``counts`` tells the turns of another one since.
     """
-    sensor, place, away = start.sensor, (0.0, 0.0), 0.0
+    sensor, latest, away = start.sensor, np.zeros(2), 0.0
     gatherer, alone, sliding = _begun(start)
 
     def gathered(part: Spokes) -> list[VideoTurn]:
-        nonlocal place
+        nonlocal latest
         azimuth = part.azimuth_rad + math.radians(bias_deg)
         if not part.from_north:
             known = np.isfinite(part.heading_rad)
             counts["no heading"] += int((~known).sum())
             azimuth = azimuth + np.where(known, part.heading_rad, 0.0)
-        seen = part.lonlat_deg[np.isfinite(part.lonlat_deg).all(axis=1)]
-        if moves and start.frame is not None and len(seen):
-            x, y = start.frame.to_local(seen[-1:])[0].tolist()
-            place = float(x), float(y)
+        place = np.tile(latest, (len(azimuth), 1))
+        said = np.isfinite(part.lonlat_deg).all(axis=1)
+        if moves and start.frame is not None and said.any():
+            known = np.cumsum(said) - 1  # which was said last, of each spoke
+            place[known >= 0] = start.frame.to_local(part.lonlat_deg[said])[known[known >= 0]]
+            latest = place[-1]
         return _counted(gatherer.add(part, azimuth, place), counts)
 
     for part in spokes:
@@ -100,7 +102,7 @@ def turns_of(
                 yield from gathered(one)
     for one in chain(*(sliding.add(some, counts) for some in alone.rest()), sliding.rest()):
         yield from gathered(one)
-    yield from _counted(gatherer.rest(place), counts)
+    yield from _counted(gatherer.rest(), counts)
 
 
 def _begun(start: VideoStart) -> tuple[TurnGatherer, LoneSamples, SlidingPulses]:
@@ -192,7 +194,9 @@ def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn, every: int = 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
     sea = clutter.sea(state.clutter)
     seen = as_in_turn(without_side_lobes(_evidence(clutter, state, turn), turn.power, sea, state.clutter.fixed))
-    evidence = EvidenceTurn(turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, sea)
+    evidence = EvidenceTurn(
+        turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, sea, turn.row_place
+    )  # fmt: skip
     return Heard(evidence, turn.power, state, held)
 
 
