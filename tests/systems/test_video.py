@@ -294,7 +294,7 @@ def test_ships_that_are_a_coasts_edge_or_too_many_are_named(ships, off_m, broken
     judged = Judged(sensor)
     judged.add(Heard(turn, power, Learnt(state, state, fixed), 1.0), tracks)
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
-    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
+    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None, VideoTracking())[1]
     assert {one.name for one in found if not one.holds and one.grave} == {f"video.{name}" for name in broken}
 
 
@@ -346,7 +346,7 @@ def test_crests_of_swell_are_told_from_a_lane_of_ships(contrast, told):
         assert after is not None
         assert after.was_sure
     start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
-    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None)[1]
+    found = judged.findings(Counter({"spokes": 1, "turns": 20}), start, None, VideoTracking())[1]
     finding = next(one for one in found if one.name == "video.swell")
     assert finding.holds != told
     if told:

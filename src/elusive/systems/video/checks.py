@@ -13,13 +13,14 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.ghosts import told_of
+from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.registration import Registration, register
 from elusive.systems.video.shadows import THIRDS, row_levels, shadows
 from elusive.systems.video.start import VideoStart
 from elusive.systems.video.swell import Swell
 from elusive.systems.video.swinging import COAST, SETTLED, expected, swings, turned
 from elusive.systems.video.told import findings_of, still_m
-from elusive.systems.video.turns import Heard
+from elusive.systems.video.turns import Heard, blind
 from elusive.tracking.track import Track
 
 LATEST = 2000  # turns by whose clutter a run is checked
@@ -85,7 +86,7 @@ class Judged:
         return bool(fixed[np.ix_((row + about) % fixed.shape[0], columns)].any())
 
     def findings(
-        self, counts: Counter[str], start: VideoStart, water: Water | None
+        self, counts: Counter[str], start: VideoStart, water: Water | None, parameters: VideoTracking
     ) -> tuple[Registration | None, tuple[Finding, ...]]:
         """Return how a radar that stands lies to the chart, and what was checked."""
         assert self._last is not None
@@ -94,6 +95,7 @@ class Judged:
         if water is not None and moved <= still_m(start.sensor):
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
+        unseen = blind(parameters.clutter, self._last.learnt, start.most, parameters.tracker.least_evidence)
         ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(self._ghosts)]
         known = self._known > 0.5 * self._known.max()
         ships.append(shadows(np.where(known, self._rows / np.maximum(self._known, 1), np.nan), start.sensor))
@@ -102,7 +104,9 @@ class Judged:
         if water is None and counted:
             ships.append(_beside(counted[True], counted.total()))
         return registration, (
-            *findings_of(counts, registration, list(self._held), moved, start, fixed, charted=water is not None),
+            *findings_of(
+                counts, registration, list(self._held), moved, start, fixed, unseen, charted=water is not None
+            ),
             *ships,
         )
 

@@ -104,7 +104,7 @@ def follow_video(
             return finished(end, log)
         place = last.measurement.place
         water = None if laid.map_at is None else laid.map_at(place)
-        findings = judged.findings(counts, start, laid.water)[1]
+        findings = judged.findings(counts, start, laid.water, parameters)[1]
         resting = resting_of(start.sensor, last.state.heard.clutter, water, place)
         return finished(
             end._replace(findings=findings), log, partial(write_resting, folder / "resting.csv", resting),

@@ -98,7 +98,7 @@ class VideoRun:
         clutter, sensor = self._last.state.heard.clutter, self._start.sensor
         allowed = None if water_at is None else water_at(turn.place)
         resting = resting_of(sensor, clutter, allowed, turn.place)
-        registration, findings = self._judged.findings(counts, self._start, self._water)
+        registration, findings = self._judged.findings(counts, self._start, self._water, self._parameters)
         times = self._log.times_s
         ships = None
         if self._start.frame is not None and (reports := reports_beside(source.name, ais, times)):

@@ -31,6 +31,7 @@ class VideoStart(NamedTuple):
     turn_s: float  # what a turn takes of one core, about
     extent: EchoExtent  # as the first turn's echoes show it
     levels: int  # different amplitudes in the first turn
+    most: float = math.inf  # the greatest of them
     spacing_rad: float = 0.0  # from spoke to spoke
     slide: int | None = None  # see SlidingPulses
     beam_rad: float = math.nan  # that echoes have at least: of what was told and what they show, the less; NaN: neither
@@ -77,7 +78,7 @@ def start_of(
             f"beam_deg, pulse_m: a turn of {sensor.shape[0]} x {sensor.shape[1]} cells takes {needed / 1e9:.1f} GB; "
             "give the radar's own beam and pulse, or fewer --learning-turns."
         )
-    levels = len(np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn])))
+    levels = np.unique(np.concatenate([part.amplitude[:, ::SPARSE].ravel() for part in turn]))
     beam_rad = math.radians(np.fmin(parameters.radar.beam_deg or math.nan, extent.beam_deg))
     frame = LocalFrame.at(lon_deg, lat_deg) if lon_deg is not None and lat_deg is not None else None
     if frame is None:
@@ -89,7 +90,9 @@ def start_of(
                 "--radar-lon-deg."
             )
         frame = LocalFrame.at(*placed[0].tolist()) if len(placed) else None
-    return VideoStart(sensor, frame, needed, seconds_a_turn(sensor), extent, levels, spacing, slide, beam_rad)
+    return VideoStart(
+        sensor, frame, needed, seconds_a_turn(sensor), extent, len(levels), float(levels[-1]), spacing, slide, beam_rad
+    )
 
 
 def _spacing_of(azimuth_rad: Array) -> float:

@@ -24,13 +24,14 @@ FIXES_M = 10.0  # of a position that jitters
 SPIKY = 2.0  # share of the clutter beyond what its law lets expect, to that
 OTHER_EXTENT = 2.0  # factor by which echoes reach further or less far than told
 CROWDED = 0.1  # share of the cells that are fixed
+BLIND, MOSTLY = 0.02, 0.3  # share of the sea in which nothing can stand out: some, and much
 INTERFERED = 0.002  # share of azimuths
 LEVELS = 8  # of amplitude, three bits
 
 
 def findings_of(
     counts: Counter[str], registration: Registration | None, held: list[float], moved_m: float, start: VideoStart,
-    fixed: NDArray[np.bool_], *, charted: bool = False,
+    fixed: NDArray[np.bool_], blind: float = 0.0, *, charted: bool = False,
 ) -> tuple[Finding, ...]:  # fmt: skip
     """Return what a recording says of what was told of it."""
     spokes, sensor = max(counts["spokes"], 1), start.sensor
@@ -42,6 +43,7 @@ def findings_of(
     ]
     spoilt = counts["spoilt"] / max(counts["turns"] * sensor.shape[0], 1)
     found += [_clutter(held), _extent(sensor, start.extent), _interference(spoilt), _levels(start.levels)]
+    found.append(_saturated(blind))
     found.append(spirals(counts["pulses"], counts["pulses left"], counts["sliding"], counts["samples"]))
     found.append(
         Finding(
@@ -119,6 +121,15 @@ def _interference(share: float) -> Finding:
         "video.interference", share < INTERFERED, 0.0, share,
         f"{100 * share:.1f} % of the azimuths were filled by another radar's pulses at all ranges and are taken as "
         "not received: ships there are seen less.", "Turn the radar's interference rejection on.", grave=share > 0.3,
+    )  # fmt: skip
+
+
+def _saturated(share: float) -> Finding:
+    return Finding(
+        "video.saturated", share < BLIND, BLIND, share,
+        f"In {100 * share:.0f} % of the sea clutter itself reaches the greatest amplitude that was received: what is "
+        "stronger is cut off, and no ship can be seen there, however strong.",
+        "Turn the gain down, or the sea clutter control up; record more bits, or logarithms.", grave=share > MOSTLY,
     )  # fmt: skip
 
 

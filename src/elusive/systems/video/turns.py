@@ -30,6 +30,7 @@ LOOKED = 1 << 18  # cells of a turn by which it is
 GONE = 3.0  # turns in another range scale after which a live radar is taken to stay in it
 TURN_RAD = 2 * math.pi
 EDGE = 15  # cells in a row, its own in the middle, of which a fixed one makes the edge of what is fixed
+MOST_AMPLITUDE = 1e15  # whose square a cell can hold
 OPEN = 0.5  # share of cells beyond such edges from which the open sea's law is known
 
 
@@ -183,27 +184,37 @@ def _edged(clutter: ClutterState) -> NDArray[np.bool_]:
     return kernels.widened(clutter.fixed, EDGE // 2)
 
 
-def _evidence(clutter: ClutterMap, state: Learnt, turn: VideoTurn, every: int = 1) -> NDArray[np.float32]:
-    power, edged = turn.power[::every], state.edged[::every]
+def blind(clutter: ClutterMap, state: Learnt, most: float, least: float) -> float:
+    """Share of the sea's cells in which an echo of the greatest amplitude, ``most``, has less than a least evidence."""
+    full = np.full(state.edged.shape, min(most, MOST_AMPLITUDE) ** 2, np.float32)
+    evidence = _evidence(clutter, state, full, full)[~state.clutter.fixed]
+    return float((evidence < least).mean()) if len(evidence) else 0.0
+
+
+def _evidence(
+    clutter: ClutterMap, state: Learnt, power: NDArray[np.float32], even: NDArray[np.float32], every: int = 1
+) -> NDArray[np.float32]:
+    power, edged = power[::every], state.edged[::every]
     if state.edged.mean() > 1 - OPEN:
         return clutter.evidence(state.clutter, power, every=every)
-    even = clutter.evidence(state.even, turn.even[::every], ~edged, every=every)
-    return clutter.evidence(state.clutter, power, np.ascontiguousarray(edged), even, every=every)
+    rooted = clutter.evidence(state.even, even[::every], ~edged, every=every)
+    return clutter.evidence(state.clutter, power, np.ascontiguousarray(edged), rooted, every=every)
 
 
 def _judged(clutter: ClutterMap, state: Learnt, turn: VideoTurn, held: float) -> Heard:
     sea = clutter.sea(state.clutter)
-    seen = as_in_turn(without_side_lobes(_evidence(clutter, state, turn), turn.power, sea, state.clutter.fixed))
-    evidence = EvidenceTurn(
+    evidence = _evidence(clutter, state, turn.power, turn.even)
+    seen = as_in_turn(without_side_lobes(evidence, turn.power, sea, state.clutter.fixed))
+    told = EvidenceTurn(
         turn.time_s, turn.row_s, seen.evidence, turn.place, seen.divided, turn.power, sea, turn.row_place
     )  # fmt: skip
-    return Heard(evidence, turn.power, state, held)
+    return Heard(told, turn.power, state, held)
 
 
 def _held(clutter: ClutterMap, state: Learnt, turn: VideoTurn, sea: NDArray[np.bool_] | None) -> float:
     """Share of clutter beyond an evidence of 5, to the one expected; of so many rows as show it."""
     every = max(1, turn.power.size // LOOKED)
-    evidence = _evidence(clutter, state, turn, every)
+    evidence = _evidence(clutter, state, turn.power, turn.even, every)
     some = np.isfinite(evidence) & ~state.clutter.fixed[::every]
     if sea is not None:
         some &= sea[::every]
