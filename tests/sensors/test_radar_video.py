@@ -59,7 +59,8 @@ def test_a_look_is_that_of_the_twin():
         np.testing.assert_allclose(log_ratio[0], ratio, rtol=1e-4, atol=1e-5)
         np.testing.assert_allclose(means[0], middle, rtol=1e-4, atol=1e-3)
         np.testing.assert_allclose(covariances[0], spread, rtol=1e-3, atol=1e-2)
-        np.testing.assert_allclose(levels[0], 0.98 * after + 0.02 / 3, rtol=1e-4)
+        beside = np.array([after[0] + after[1], after[0] + after[2], after[1] + after[2]])
+        np.testing.assert_allclose(levels[0], 0.96 * after + 0.02 * beside, rtol=1e-4)
 
 
 def test_a_target_is_looked_for_from_where_the_radar_was_as_the_beam_passed():

@@ -514,6 +514,33 @@ def test_headings_that_lag_in_a_turn_are_told_by_ships_about_where_they_were_exp
     assert np.isnan(turned(power, nothing, np.zeros((3, 2)) + 20.0)).all()
 
 
+def test_what_rests_tells_a_sailing_radar_that_its_heading_lags():
+    """Of three ships and four buoys the ships alone were held against a turn: too few, and nothing was said."""
+    sensor, rng = RadarVideo(beam_deg=2.0, samples=240, step_m=10.0, start_m=200.0), np.random.default_rng(10)
+    across, along = np.arange(sensor.shape[0])[:, None], np.arange(sensor.shape[1])
+    power = np.ones(sensor.shape, np.float32)
+    state, nothing = ClutterMap().learnt(None, power), np.zeros(sensor.shape, bool)
+    bearing, marks = np.radians([10, 80, 150, 200, 290, 340]), np.zeros((6, 4))
+    marks[:, [0, 2]] = np.column_stack([np.sin(bearing), np.cos(bearing)]) * np.arange(800, 2000, 200)[:, None]
+    tracks = [Track(k, "candidate", 0.99, mean, np.eye(4)) for k, mean in enumerate(marks)]
+    for late in (3, 0):
+        judged = Judged(sensor)
+        for k in range(36):
+            off = marks[:, [0, 2]] - np.array([10.0 * k, 0.0])
+            row = np.arctan2(*off.T) / sensor.grid[2] - 1 - late * (k in (18, 19, 27))
+            aside = (across - row + 180) % 360 - 180
+            column = (np.hypot(*off.T) - sensor.grid[0]) / sensor.grid[1]
+            shown = 1 + 100 * np.exp(-(aside**2)) @ np.exp(-((along - column[:, None]) ** 2))
+            power = (shown * rng.exponential(size=sensor.shape)).astype(np.float32)
+            turn = EvidenceTurn(
+                2.5 * k, np.full(len(power), 2.5 * k), power, (10.0 * k, 0.0), power, power, ClutterMap().sea(state)
+            )
+            judged.add(Heard(turn, power, Learnt(state, state, nothing), 1.0), tracks)
+        start = VideoStart(sensor, None, 0.0, 0.0, EchoExtent(np.nan, np.nan), 256)
+        found = judged.findings(Counter({"spokes": 1, "turns": 36}), start, None, VideoTracking())[1]
+        assert next(one for one in found if one.name == "video.swings").holds == (late == 0)
+
+
 @pytest.mark.parametrize("turns", [30, 120])
 def test_rain_that_drifts_is_no_bow_that_swings(turns):
     """Four of ten drawn recordings of rain were told so: near and far it turned by rows, one way."""

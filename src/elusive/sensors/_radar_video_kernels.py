@@ -10,7 +10,7 @@ from elusive.contracts import Array
 from elusive.sensors._echo_kernels import MOST, Sea, claim
 
 FINE, LANES = 64, 4  # parts of a unit of evidence whose powers are tabled; numbers that a vector holds
-RENEWED = 0.02  # of what is known of a target's strength is forgotten at each look
+RENEWED = 0.04  # probability that a target's strength is the next greater or lesser one at the next look
 HIDDEN = 0.02  # probability that a target shows nothing at a look
 
 
@@ -150,7 +150,10 @@ def look(
             log_ratio[t] = missed
             continue
         for k in range(kinds):
-            levels[t, k] = (1 - RENEWED) * levels[t, k] * likely[k] / total + RENEWED / kinds
+            likely[k] *= levels[t, k] / total
+        for k in range(kinds):
+            beside = likely[max(k - 1, 0)] + likely[min(k + 1, kinds - 1)]
+            levels[t, k] = (1 - RENEWED) * likely[k] + 0.5 * RENEWED * beside
         log_ratio[t] = np.log(total / whole)
         m_r, m_t = m_r / total, m_t / total
         # against what lies within the gate: cells that say nothing leave the belief as it was

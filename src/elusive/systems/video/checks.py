@@ -27,6 +27,7 @@ LATEST = 2000  # turns by whose clutter a run is checked
 EDGE = 2  # cells about a ship in which what is fixed shows as well
 MANY = 50  # ships at once
 KNOWN = 5  # turns after which it is known how fast a ship is
+SURE = 0.9  # existence of what its place is known of
 
 
 class Judged:
@@ -75,6 +76,8 @@ class Judged:
         if moved or (heard.clutter.turns < SETTLED and fixed.mean() < COAST):  # ships alone tell it then
             fixed = np.zeros_like(fixed)
         self._turned.append(turned(heard.power, fixed, ahead))
+        if moved:  # what rests is as good a mark then
+            ships = [track for track in tracks if track.status != "deleted" and track.existence > SURE]
         self._since = {ship.track: self._since.get(ship.track, 0) + 1 for ship in ships}
         self._ships, self._last = [ship for ship in ships if self._since[ship.track] > KNOWN], heard
 
