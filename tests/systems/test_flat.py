@@ -16,7 +16,7 @@ from elusive.io.live_frames import TimedFrame
 from elusive.io.signals import SignalFrame
 from elusive.sensors.bearing_sets import BearingSet, SensorSites
 from elusive.sensors.radar_scans import RadarPlot, scan_of
-from elusive.sensors.radar_video import RadarVideo
+from elusive.sensors.radar_video import EvidenceTurn, RadarVideo
 from elusive.sensors.radio_network import RadioNodes, RssFrame
 from elusive.systems.bearings import run as emitters
 from elusive.systems.bearings.parameters import BearingTracking
@@ -35,6 +35,7 @@ from elusive.systems.video.live import follow_video
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.simulate import VideoSimulation, scenario_of, spokes_of
 from tests.longer import longer
+from tests.reference.radar_video import level_sea
 from tests.walked_room import NODES, excess_of
 
 # a step, of what is kept up to a bound: a cloud of one target is more, and every target has had one in each step
@@ -173,12 +174,10 @@ def test_tracks_that_have_ended_are_counted_alone():
     sensor = RadarVideo(samples=8)
     (rows, columns), kept, judged = sensor.shape, ConstraintsKept(), Judged(sensor)
     judged._is_beside = lambda ship, heard: ship.track % 4 == 0
-    level = np.zeros((1, columns))
-    sea = SimpleNamespace(mean=level, slope=level, across=np.zeros(rows), sector=np.zeros(rows, np.int64))
-    turn = SimpleNamespace(place=(0.0, 0.0), sea=sea, time_s=0.0, row_s=np.zeros(rows))
     clutter = SimpleNamespace(fixed=np.zeros((rows, columns), bool), turns=20)
     learnt = SimpleNamespace(about=NOTHING)
     power = np.zeros((rows, columns), np.float32)
+    turn = EvidenceTurn(0.0, np.zeros(rows), power, (0.0, 0.0), power, power, level_sea(power))
     heard = SimpleNamespace(turn=turn, held=0.0, power=power, clutter=clutter, learnt=learnt)
     for number in range(1000):
         kept.add({number: 0.5 if number % 4 == 0 else 1.0}, {number, number + 1})

@@ -13,6 +13,7 @@ from elusive.checks import Finding
 from elusive.contracts import Array, X, Y
 from elusive.sensors.radar_video import RadarVideo
 from elusive.systems.video.ghosts import told_of
+from elusive.systems.video.lasting import Lasting
 from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.registration import Registration, register
 from elusive.systems.video.shadows import THIRDS, row_levels, shadows
@@ -41,6 +42,7 @@ class Judged:
         self._ghosts, self._told = 0, frozenset[int]()  # tracks that were another's echo, and those that are
         self._rows, self._known = np.zeros((2, THIRDS, sensor.shape[0]))  # sums of levels, and of how many turns
         self._swell: Swell | None = None
+        self._lasting = Lasting(sensor)
         self._held = deque[float](maxlen=LATEST)
         self._turned = deque[Array](maxlen=LATEST)
         self._least, self._most = np.full(2, math.inf), np.full(2, -math.inf)
@@ -66,6 +68,8 @@ class Judged:
         place = np.array(heard.turn.place)
         self._least, self._most = np.minimum(self._least, place), np.maximum(self._most, place)
         self._held.append(heard.held)
+        if self._last is not None:
+            self._lasting.add(self._last, heard, tracks)
         levels = row_levels(heard)
         self._rows += np.nan_to_num(levels)
         self._known += np.isfinite(levels)
@@ -99,7 +103,9 @@ class Judged:
             itself = fixed & ~clutter.beside
             registration = register(itself, start.sensor, water.probability, self._last.turn.place)
         unseen = blind(parameters.clutter, self._last.learnt, start.most, parameters.tracker.least_evidence)
-        ships = [_many(self._at_once), _swell(self._swell, self._crests), told_of(self._ghosts)]
+        ships = [
+            _many(self._at_once), _swell(self._swell, self._crests), told_of(self._ghosts), self._lasting.finding()
+        ]  # fmt: skip
         known = self._known > 0.5 * self._known.max()
         ships.append(shadows(np.where(known, self._rows / np.maximum(self._known, 1), np.nan), start.sensor))
         ships.append(swings(np.array(self._turned), start.sensor))
