@@ -17,7 +17,7 @@ from tests.longer import longer
 
 FRAMES, SAMPLES = 400, 300
 LAWS = {"laplace": laplace(), "power": expon(), "log-normal": lognorm(1.0), "student": student(3)}
-COLOURS = ("white", "ar0.9", "time0.8", "hum", "drifting", "complex")
+COLOURS = ("white", "ar0.9", "time0.8", "hum", "drifting", "complex", "wandering")
 MORE_COLOURS = ("ar0.5", "ar0.99", "time0.5", "time0.95", "both", "pink", "unequal", "along", "offsets")
 
 
@@ -44,6 +44,8 @@ def noise(kind: str, seed: int = 1) -> np.ndarray:
         return white * 10 ** (np.cumsum(0.05 * rng.standard_normal(white.shape), axis=0) / 20)
     if kind == "along":
         return white * 10 ** (4 * np.sin(np.arange(n) / 350) / 20).reshape(white.shape)
+    if kind == "wandering":
+        return white + np.cumsum(0.3 * rng.standard_normal(FRAMES))[:, None]
     if kind == "offsets":
         return white + 3 * rng.standard_normal(SAMPLES)
     if kind in LAWS:
@@ -77,6 +79,8 @@ def test_what_comes_out_is_white(kind: str) -> None:
         assert correlation(white[:, lag:], white[:, :-lag]) < 0.015
         assert correlation(power[:, lag:], power[:, :-lag]) < 0.03
         assert correlation(power[lag:], power[:-lag]) < 0.03
+    # nor is the beginning of a frame, before which nothing is known, louder than the rest: a standard error is .03
+    assert abs(power[:, :5].mean()) < 0.15
     # what stays at a place over 76 frames: variance to that of white noise, a standard error is .04
     stays = np.var(power.reshape(5, 76, -1).mean(axis=1)) / (np.var(power) / 76)
     assert stays < 1.5

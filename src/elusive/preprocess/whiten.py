@@ -26,6 +26,8 @@ JUDGED_FRAMES = 50.0  # over which what stays at a place is judged
 STAYS = 1.1  # variance of what stays, to that of noise, from which levels are followed fast
 FOLLOWED = (0, 1)  # memory and prior of levels that are followed fast
 OFFSET_FRAMES = 2000.0  # that a sample's mean is taken from
+WANDERS = 4  # deviations by which levels of frames differ that are taken away,
+LEVEL_POWER = 0.1  # and their mean square, to a frame's: a weaker one hardly shows in a window
 
 
 class NoiseModel(NamedTuple):
@@ -33,6 +35,7 @@ class NoiseModel(NamedTuple):
 
     frames: int
     offsets: Array  # (n,) mean of each sample, real or complex
+    halves: Array  # (2,) mean square of what the means of a frame's halves share, and of what they do not
     before: LinearPrediction  # of the frames as they are
     past: PastPrediction  # of the frames without it
     plain: LinearPrediction  # of what is new in the frames at each place
@@ -71,8 +74,8 @@ def no_noise_model(samples: int, window: int) -> NoiseModel:
     nothing = np.zeros(samples)
     trend, repeated, law = no_trend(samples, window), nothing_repeated(samples, window), no_law(samples, window)
     return NoiseModel(
-        0, nothing, spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level, trend, repeated,
-        no_cycles(samples, window), law, law,
+        0, nothing, np.zeros(2), spectrum, no_past(samples), spectrum, level, level, spectrum, 0.0, nothing, level,
+        trend, repeated, no_cycles(samples, window), law, law,
     )  # fmt: skip
 
 
@@ -108,7 +111,8 @@ def whitened(
     plain = before = learnt(state.before, centred / scale)
     fresh = innovations(before, centred / scale, rng)
     past, centred = without_past(state.past, centred / scale, fresh / _rms(fresh))
-    if past.prediction.order:
+    halves, centred, wandered = _without_level(state, centred)
+    if past.prediction.order or wandered:
         scale, centred = scale * (left := _rms(centred)), centred / left
         plain = learnt(state.plain, centred)
         fresh = innovations(plain, centred, rng)
@@ -148,8 +152,8 @@ def whitened(
         parts = levelled(state.swift._replace(chosen=FOLLOWED), parts)
     trend, parts = flattened(state.trend, parts, explained)
     model = NoiseModel(
-        frames, offsets, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated, cycles,
-        new_law, law,
+        frames, offsets, halves, before, past, plain, judged, levels, even, first, stays, swift, trend, repeated,
+        cycles, new_law, law,
     )  # fmt: skip
     return model, scale * power * _joined(parts)
 
@@ -171,6 +175,18 @@ def _centred(state: NoiseModel, frame: Array) -> tuple[Array, Array]:
     scatter = hidden_mean(np.abs(own) ** 2)
     kept = 1 - noise / scatter if scatter > noise * (1 + 6 / math.sqrt(n)) else 0.0
     return frame - common - kept * own, offsets
+
+
+def _without_level(state: NoiseModel, centred: Array) -> tuple[Array, Array, bool]:
+    """Take a frame's own level away, where levels wander: of noise alone, each half of a frame has another mean."""
+    first, second = (half.mean() for half in np.array_split(centred, 2))
+    k = min(state.frames, OFFSET_FRAMES) + 1
+    halves = state.halves + (np.abs([first + second, first - second]) ** 2 - state.halves) / k
+    shared, chance = halves.tolist()
+    # the logarithm of a ratio of two mean squares of k independent frames has the deviation 2 / sqrt(k)
+    if shared <= max(chance * math.exp(WANDERS * 2 / math.sqrt(k)), 4 * LEVEL_POWER):
+        return halves, centred, False
+    return halves, centred - (1 - chance / shared) * (first + second) / 2, True
 
 
 def _rms(frame: Array, explained: NDArray[np.bool_] | None = None) -> float:
