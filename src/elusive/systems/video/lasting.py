@@ -18,6 +18,7 @@ from elusive.systems.video.turns import BEYOND, Heard
 from elusive.tracking.track import Track
 
 ABOUT = np.arange(-6, 7)  # cells about a target that are its own
+OPEN = 0.9  # share of cells in which nothing is fixed, below which what stays may be land not yet known as fixed
 LASTS, FEWEST = 3.0, 20  # strong cells that stay, to those by chance, from which clutter lasts; and how many of them
 
 
@@ -31,6 +32,8 @@ class Lasting:
     def add(self, before: Heard, heard: Heard, tracks: Sequence[Track]) -> None:
         """Take in a turn, the one before it, and the tracks after it."""
         free = ~heard.clutter.fixed
+        if free.mean() < OPEN:
+            return
         means = np.array([track.mean[[X, Y]] for track in tracks if track.status != "deleted"]).reshape(-1, 2)
         row, column = self._sensor.cells(means, heard.turn)
         rows, columns = free.shape
