@@ -16,22 +16,20 @@ class Sources:
     """Definitions of each module, and what the names in it mean."""
 
     def __init__(self, source: Path) -> None:
-        self.defined: dict[str, dict[str, list[ast.stmt]]] = {}
+        self.defined: dict[str, dict[str, list[tuple[str, ...]]]] = {}  # names, and attributes of names, that each uses
         self._imported: dict[str, dict[str, tuple[str, str]]] = {}
         for path in source.rglob("*.py"):
             module = ".".join(path.relative_to(source).with_suffix("").parts).removesuffix(".__init__")
-            tree = ast.parse(path.read_text(encoding="utf-8"))
-            defined: dict[str, list[ast.stmt]] = {"": []}
-            for statement in tree.body:
+            imported = self._imported[module] = {}
+            defined = self.defined[module] = {"": []}
+            for statement in ast.parse(path.read_text(encoding="utf-8")).body:
+                used = list[tuple[str, ...]]()
+                for node in _all_in(statement):
+                    if isinstance(node, ast.ImportFrom) and node.module:
+                        imported |= {alias.asname or alias.name: (node.module, alias.name) for alias in node.names}
+                    used += _uses(node)
                 for name in _names(statement):
-                    defined.setdefault(name, []).append(statement)
-            self.defined[module] = defined
-            self._imported[module] = {
-                alias.asname or alias.name: (node.module, alias.name)
-                for node in ast.walk(tree)
-                if isinstance(node, ast.ImportFrom) and node.module
-                for alias in node.names
-            }
+                    defined.setdefault(name, []).extend(used)
 
     def reached_from(self, begins: Iterable[Place]) -> set[Place]:
         """Follow names from some definitions on."""
@@ -54,18 +52,15 @@ class Sources:
             yield from ((module, name) for name in defined if is_head or not name)
 
     def _used(self, module: str, name: str) -> Iterator[Place]:
-        for statement in self.defined[module].get(name, []):
-            for node in ast.walk(statement):
-                used: Place | str | None = None
-                if isinstance(node, ast.Name):
-                    used = self._meant(module, node.id)
-                elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-                    held = self._meant(module, node.value.id)
-                    used = self._meant(held, node.attr) if isinstance(held, str) else None
-                elif isinstance(node, ast.Constant) and (named := CALLED.fullmatch(str(node.value))):
-                    used = self._meant(named[1], named[2])
-                if isinstance(used, tuple):
-                    yield used
+        for of, *attribute in self.defined[module].get(name, []):
+            used: Place | str | None
+            if attribute:
+                held = of if "." in of else self._meant(module, of)  # a module by its whole name, or what it is here
+                used = self._meant(held, *attribute) if isinstance(held, str) else None
+            else:
+                used = self._meant(module, of)
+            if isinstance(used, tuple):
+                yield used
 
     def _meant(self, module: str, name: str) -> Place | str | None:
         """Return what a name in a module stands for: a definition or a module."""
@@ -77,6 +72,28 @@ class Sources:
                 return meant
         inner = f"{module}.{name}"
         return inner if inner in self.defined else None
+
+
+def _all_in(statement: ast.AST) -> Iterator[ast.AST]:
+    """Yield what `ast.walk` does, in another order and a third of its time."""
+    left = [statement]
+    while left:
+        node = left.pop()
+        yield node
+        for value in vars(node).values():
+            if isinstance(value, list):
+                left += [item for item in value if isinstance(item, ast.AST)]
+            elif isinstance(value, ast.AST):
+                left.append(value)
+
+
+def _uses(node: ast.AST) -> Iterator[tuple[str, ...]]:
+    if isinstance(node, ast.Name):
+        yield (node.id,)
+    elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        yield node.value.id, node.attr
+    elif isinstance(node, ast.Constant) and (named := CALLED.fullmatch(str(node.value))):
+        yield named[1], named[2]
 
 
 def _names(statement: ast.stmt) -> list[str]:

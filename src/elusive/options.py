@@ -9,6 +9,7 @@ first, `Model.main_options`, then the others by the model that they belong to.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from types import NoneType
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
@@ -45,7 +46,8 @@ class _Leaf(NamedTuple):
     default: Any  # of the model that stands there, given these kinds
 
 
-def options_of(model: type[Model]) -> list[Option]:
+@cache  # a command asks when it is loaded, and again when it runs
+def options_of(model: type[Model]) -> tuple[Option, ...]:
     """List the options of a model: those that matter first, then the outermost fields first."""
     same: dict[tuple[str, ...], list[_Leaf]] = {}
     for leaf in sorted(_leaves(model, {}, (), {}), key=lambda leaf: len(leaf.path)):
@@ -62,7 +64,7 @@ def options_of(model: type[Model]) -> list[Option]:
         panel = MAIN if name in model.main_options else _panel(path)
         options[name] = Option(name, path, kinds, first.annotation, _help(leaves), panel)
     main = [options.pop(name) for name in model.main_options if name in options]
-    return [*main, *options.values()]
+    return *main, *options.values()
 
 
 def _panel(path: tuple[str, ...]) -> str:

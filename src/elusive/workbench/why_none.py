@@ -167,7 +167,8 @@ def tries(model: Model, changes: Sequence[tuple[str, str]], without: Sequence[Fi
     without
         Fields that something else sets.
     """
-    inner, at = getattr(model, "tracking", model), ("tracking",) if hasattr(model, "tracking") else ()
+    inner: Model = getattr(model, "tracking", model)
+    at = ("tracking",) if hasattr(model, "tracking") else ()
     paths: Mapping[str, FieldPath] = {one.name: (*at, *one.path) for one in options_of(type(inner))}
     found = []
     for name, change in changes:
