@@ -109,7 +109,12 @@ def disturbed(kind: str) -> np.ndarray:
     return frames
 
 
-@pytest.mark.parametrize("kind", ["gaps", "samples missing", "offset", "complex", "loud stretch"])
+@pytest.mark.parametrize(
+    "kind",
+    longer(
+        ["gaps", "samples missing", "offset", "complex", "loud stretch"], "samples missing", "offset", "loud stretch"
+    ),
+)
 def test_a_disturbed_signal_is_tracked_all_the_same(elusive_in: Run, tmp_path: Path, kind: str) -> None:
     np.save(tmp_path / "signal.npy", disturbed(kind))
     code, said = elusive_in("track", "signal", "signal.npy", "--out", "out", *QUICK)

@@ -189,6 +189,7 @@ def test_the_seas_mean_power_and_a_ships_are_as_told():
     ("turned_deg", "east_m", "north_m"),
     longer(
         [(0.0, 0.0, 0.0), (-7.0, 0.0, 0.0), (2.0, 60.0, -80.0), (10.0, -100.0, 30.0)],
+        (0.0, 0.0, 0.0),
         (-7.0, 0.0, 0.0),
         (2.0, 60.0, -80.0),
     ),
@@ -382,7 +383,8 @@ def test_a_radar_that_is_not_told_of_is_read_from_its_echoes():
     ]
 
 
-@pytest.mark.parametrize(("speed", "seed"), longer([(2.5, 21), (12.0, 22)], (12.0, 22)))
+@pytest.mark.thorough
+@pytest.mark.parametrize(("speed", "seed"), [(2.5, 21), (12.0, 22)])
 def test_strong_ships_in_fine_samples_are_one_track_each(speed, seed):
     """Echoes of 20 to 30 dB are longer than five cells: what was left of one began three tracks more on the mean."""
     radar = {"samples": 512, "spokes": 512, "step_m": 6.25}
@@ -430,7 +432,8 @@ def test_a_scene_tells_the_tracker_of_its_radar():
     assert json.dumps(VideoScene(simulation=SIMULATION).model_dump(mode="json"))
 
 
-@pytest.mark.parametrize("seed", longer([1, 2, 3], 2, 3))
+@pytest.mark.thorough
+@pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_spiky_sea_keeps_its_law_beside_an_uncharted_coast_and_rocks(seed):
     """Land was counted as sea until it was known as fixed: half of strong clutter was told.
 
@@ -479,7 +482,7 @@ def test_headings_that_lag_are_told_by_what_is_fixed(swing):
     assert np.isnan(turned(np.full(fixed.shape, np.nan), fixed)).all()
 
 
-@pytest.mark.parametrize("late", [0.0, 3.0])
+@pytest.mark.parametrize("late", longer([0.0, 3.0], 0.0))
 def test_headings_that_lag_in_a_turn_are_told_by_ships_about_where_they_were_expected(late):
     """In open sea, where nothing is fixed, ships were told anew beside themselves, and nothing said so."""
     rng, sensor, pairs = np.random.default_rng(9), RadarVideo(beam_deg=2.0, samples=240), []

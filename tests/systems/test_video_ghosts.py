@@ -17,7 +17,11 @@ ASIDE = INWARD[[2, 3, 0, 1]] * [1, 1, -1, -1]  # a quarter of a turn further on
 
 @pytest.mark.parametrize(
     ("ship", "other", "ghost"),
-    [(ACROSS, 2 * ACROSS, True), (INWARD, ASIDE, True), (ACROSS, np.array([-1200.0, 9.0, 900.0, 3.0]), False)],
+    [
+        (ACROSS, 2 * ACROSS, True),
+        pytest.param(INWARD, ASIDE, True, marks=pytest.mark.thorough),
+        (ACROSS, np.array([-1200.0, 9.0, 900.0, 3.0]), False),
+    ],
 )
 def test_an_echo_of_an_echo_is_named_and_no_ship(tmp_path, ship, other, ghost):
     """It was a sure track to the end, and nothing said so."""

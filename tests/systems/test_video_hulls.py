@@ -16,6 +16,7 @@ from elusive.systems.video.parameters import VideoTracking
 from elusive.systems.video.sea import Sea, SeaState, Still, VideoRadar, cell_places, turns
 from elusive.systems.video.track import track_video_recording
 from elusive.tracking.track import Track
+from tests.longer import longer
 from tests.reference.radar_video import level_sea
 
 SENSOR = RadarVideo(step_m=12.5, samples=200, beam_deg=2.0)
@@ -182,7 +183,10 @@ def test_where_a_guess_was_is_no_place_that_a_track_has_left():
     assert moved.left == {2}
 
 
-@pytest.mark.parametrize(("step_m", "samples", "length_m", "speed"), [(12.5, 100, 150, 9.0), (5.0, 240, 240, 4.0)])
+@pytest.mark.parametrize(
+    ("step_m", "samples", "length_m", "speed"),
+    longer([(12.5, 100, 150, 9.0), (5.0, 240, 240, 4.0)], (5.0, 240, 240, 4.0)),
+)
 def test_a_hull_of_many_cells_is_one_ship_where_it_is(step_m, samples, length_m, speed, tmp_path):
     """It was two to four tracks on it, sure of places at bow and stern and of wrong speeds; of 48 cells a wrong one."""
     radar = VideoRadar(spokes=360, samples=samples, step_m=step_m, pulse_m=2 * step_m, beam_deg=2.0, start_m=300.0)

@@ -27,7 +27,7 @@ EACH = [  # the sea, pulses of another radar, how far they are turned from spoke
     ("state", "pulses_db", "further", "named"),
     [
         (SeaState(shape=0.5), None, 0.0, False),
-        *longer(EACH, *EACH[:3]),
+        *longer(EACH, *EACH[:4]),
     ],
 )
 def test_pulses_of_another_radar_are_named_and_hide_no_ship(tmp_path, state, pulses_db, further, named):

@@ -81,8 +81,9 @@ def read_as_pairs(frames: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     "kind", longer(["white", "strong", "ar0.9", "unequal", "along"], "strong", "ar0.9", "unequal", "along")
 )
-def test_what_is_right_is_not_remarked_on(kind: str) -> None:
-    assert [names(noise(kind, seed)) for seed in range(3)] == [{}] * 3
+@pytest.mark.parametrize("seed", longer([0, 1, 2], 1, 2))
+def test_what_is_right_is_not_remarked_on(kind: str, seed: int) -> None:
+    assert names(noise(kind, seed)) == {}
 
 
 @pytest.mark.thorough
@@ -127,13 +128,13 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
             "signals.boundaries",
             True,
         ),
-        (lambda: np.sign(noise("white", 1)), [], "signals.even", True),
+        later(lambda: np.sign(noise("white", 1)), [], "signals.even", True),
         later(lambda: np.clip(noise("white", 1), -0.5, 0.5), [], "signals.even", True),
         (lambda: (2000 * noise("white", 1)).astype(">i2").view("<i2"), [], "signals.even", True),
         later(lambda: in_turn(noise("white", 1), 2 * noise("white", 2)), [], "signals.interleaved", False),
         later(lambda: in_turn(noise("ar0.5", 1), noise("ar0.5", 2)), [], "signals.interleaved", False),
         later(lambda: read_as_pairs(noise("ar0.9", 1)), [], "signals.interleaved", False),
-        (lambda: noise("silent", 1), [], "signals.silent", False),
+        later(lambda: noise("silent", 1), [], "signals.silent", False),
         (lambda: np.where(np.arange(TIMES)[:, None] < 100, 0.0, noise("white", 1)), [], "signals.silent", True),
     ],
 )

@@ -17,6 +17,7 @@ from elusive.systems.signals.report import (
     signal_report,
 )
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone
+from tests.longer import longer
 
 
 def tracked(
@@ -111,7 +112,7 @@ def test_wide_frames_are_shrunk() -> None:
     assert score.picture().shape[1] <= SAMPLES_SHOWN
 
 
-@pytest.mark.parametrize(("frames", "tracks"), [(1, 1), (40, 0), (1500, 3)])
+@pytest.mark.parametrize(("frames", "tracks"), longer([(1, 1), (40, 0), (1500, 3)], (40, 0)))
 def test_the_figure_is_drawn(tmp_path: Path, frames: int, tracks: int) -> None:
     given, pictures = tracked(frames, tracks=tracks, truth=tracks > 0, calibrated=(frames > 1) * 5), kept(frames)
     signal_report(given, *pictures).write_figure(tmp_path / "a.png")
@@ -129,6 +130,6 @@ def test_the_page_shows_what_there_is(tmp_path: Path, tracks: int, truth: bool) 
     assert len(layers(data, type="track")) == tracks
 
 
-@pytest.mark.parametrize(("frames", "tracks"), [(1500, 3), (1, 0)])
+@pytest.mark.parametrize(("frames", "tracks"), longer([(1500, 3), (1, 0)], (1, 0)))
 def test_a_browser_draws_it_without_complaint(tmp_path: Path, frames: int, tracks: int) -> None:
     is_drawn(written(tmp_path, tracked(frames, tracks=tracks, calibrated=(frames > 1) * 5), kept(frames)))

@@ -66,6 +66,7 @@ def around(difference: np.ndarray, samples: int) -> np.ndarray:
     longer(
         itertools.product(("llr", "std", "chi2", "dot"), ("circular", "bounded")),
         *itertools.product(("std", "chi2", "dot"), ("circular",)),
+        *itertools.product(("llr", "std", "chi2"), ("bounded",)),
     ),
 )
 def test_an_object_is_found_where_it_is(statistic: str, border: str) -> None:
@@ -80,7 +81,7 @@ def test_an_object_is_found_where_it_is(statistic: str, border: str) -> None:
     assert not any(confirmed[110:])  # gone soon after it left at 89
 
 
-@pytest.mark.parametrize("step", [{}, {"velocity_step": 1.0}])
+@pytest.mark.parametrize("step", longer([{}, {"velocity_step": 1.0}], {}))
 def test_velocities_between_whole_samples_are_not_lost(step: dict[str, float]) -> None:
     """With whole steps too: half a sample a frame off, what the filter is left with is enough to find the path."""
     frames, truth = simulated(90, one(velocity=1.5, appears=0, leaves=90), 3, background=0.75)
@@ -547,10 +548,13 @@ def louder(seed: int, speed: float, size: int, loud: float) -> np.ndarray:
 
 
 @pytest.mark.parametrize(("speed", "size", "loud"), longer([(0.0, 8, 3.0), (1.3, 20, 2.0)], (1.3, 20, 2.0)))
-def test_a_thing_wider_than_was_told_is_one_that_moves_or_does_not(speed: float, size: int, loud: float) -> None:
+@pytest.mark.parametrize("seeds", longer([1, 3], 3))
+def test_a_thing_wider_than_was_told_is_one_that_moves_or_does_not(
+    speed: float, size: int, loud: float, seeds: int
+) -> None:
     """Eight samples at rest and twenty on their way, five told: they were three to eleven tracks in each signal."""
     count, moving = [], []
-    for seed in range(3):
+    for seed in range(seeds):
         for step in itertools.islice(track_signal(louder(seed, speed, size, loud), SignalTracking(**QUICK)), 75, None):
             sure = [track for track in step.tracks if track.status == "confirmed"]
             count.append(len(sure))
