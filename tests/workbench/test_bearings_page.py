@@ -130,6 +130,7 @@ def test_a_scene_of_ones_own_and_a_still_emitter(
     told(page, "from the truth, inside the ellipse")
 
 
+@pytest.mark.thorough
 def test_sensors_and_path_are_placed_by_keys_alone(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(f"{served.address}/bearings")

@@ -296,6 +296,7 @@ def test_a_raster_is_read_from_south_to_north() -> None:
     assert values[2:, 2:].max() == 0
 
 
+@pytest.mark.thorough
 def test_a_real_cell_shows_its_quality_zones() -> None:
     path = DATA / "enc" / "US5MD1MC" / "US5MD1MC.000"
     if not path.exists():

@@ -62,6 +62,7 @@ def test_the_example_is_run_compared_and_run_again_and_what_was_set_stays(
         shutil.rmtree(run)
 
 
+@pytest.mark.thorough
 def test_a_wrong_value_is_marked_a_run_called_off_and_the_filters_fields_follow_its_kind(
     served: Served, open_tab: OpenTab
 ) -> None:

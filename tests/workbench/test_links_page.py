@@ -286,6 +286,7 @@ def test_the_six_windows_from_paths_to_scores(
     expect(page.locator("[data-mota='This run']")).to_have_text(shown)
 
 
+@pytest.mark.thorough
 def test_every_window_fits_its_width_and_every_control_has_a_name(served: Served, open_tab: OpenTab) -> None:
     width = 800
     page = open_tab(width, "dark").page
@@ -386,6 +387,7 @@ def test_a_recorded_log_takes_the_place_of_paths_and_radiation(
     assert tracks.read_bytes() == (tmp_path / "results" / "tracks.csv").read_bytes()
 
 
+@pytest.mark.thorough
 def test_the_page_answers_while_it_computes(served: Served, open_tab: OpenTab) -> None:
     """How fast is measured by the benchmarks."""
     page = open_tab().page

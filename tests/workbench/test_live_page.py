@@ -84,6 +84,7 @@ def test_a_recording_that_is_written_is_watched_paused_resumed_and_kept(served: 
     assert json.loads((kept / "run.json").read_text())["given"]["follow"] is True
 
 
+@pytest.mark.thorough
 def test_what_is_served_elsewhere_is_watched(served: Served, open_tab: OpenTab, tmp_path: Path) -> None:
     header, *lines = simulated(tmp_path)
     log = tmp_path / "log.csv"

@@ -271,6 +271,7 @@ def test_a_recording_is_refused_then_tracked_kept_compared_and_deleted(
     assert [one.name for one in kept_runs(served.folder)] == ["002-bearings.csv"]
 
 
+@pytest.mark.thorough
 def test_a_log_of_other_nodes_is_said_as_soon_as_both_are_chosen(served: Served, open_tab: OpenTab) -> None:
     write_room(served.folder)
     header, *lines = (served.folder / "nodes.csv").read_text().splitlines()

@@ -45,6 +45,7 @@ SECOND_PLAYED = """({made}) => {
 }"""
 
 
+@pytest.mark.thorough
 def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     served: Served, open_tab: OpenTab, tmp_path: Path
 ) -> None:
