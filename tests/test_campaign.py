@@ -146,7 +146,11 @@ def start(store: Path, workers: int) -> subprocess.Popen[str]:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and sessions")
 @pytest.mark.parametrize(
-    ("workers", "blow"), longer([(1, signal.SIGKILL), (2, signal.SIGKILL), (2, signal.SIGINT)], (2, signal.SIGKILL))
+    ("workers", "blow"),
+    longer(
+        [(1, signal.SIGKILL), (2, signal.SIGKILL), (2, signal.SIGINT)],
+        *((2, blow) for blow in (signal.SIGKILL, signal.SIGINT)),
+    ),
 )
 def test_a_campaign_killed_goes_on_to_the_same_bytes(serial: Path, tmp_path: Path, workers: int, blow: int) -> None:
     store = tmp_path / "store"
@@ -210,7 +214,7 @@ def test_an_interrupt_keeps_what_is_done(serial: Path, tmp_path: Path) -> None:
     assert files(store) == files(serial)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", longer([1, 2], 2))
 def test_a_failing_trial_is_named_and_the_rest_kept(tmp_path: Path, workers: int) -> None:
     store = tmp_path / "store"
     sentence = r"Trial 5 at birth.snr_db=1.0, bias=1 failed: ZeroDivisionError: no particle is left"

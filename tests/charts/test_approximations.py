@@ -21,6 +21,7 @@ from elusive.charts import (
 from elusive.contracts import Knowledge
 from elusive.errors import DataError, ParameterError
 from tests.charts.shapes import CELLS, L_SHAPE, SQUARE, archipelago, cell, land, near
+from tests.longer import longer
 from tests.reference.water import distances, windings
 
 
@@ -86,7 +87,7 @@ def test_the_grid_errs_by_as_much_as_known(look_up, expected) -> None:
     assert np.abs(error).max() == pytest.approx(expected, rel=0.05 if look_up == "nearest" else 0.15)
 
 
-@pytest.mark.parametrize("cover", [None, shapely.box(-250, -250, 250, 250)])
+@pytest.mark.parametrize("cover", longer([None, shapely.box(-250, -250, 250, 250)], None))
 def test_the_grid_nears_exact(cover) -> None:
     coast = archipelago(coverage=cover)
     rng = np.random.default_rng(1)

@@ -126,6 +126,7 @@ def test_the_coast_of_a_real_cell_is_its_edges():
     assert {20.4, 40.8, 204.0, 408.0} < set(scene.coast.sigma_m.tolist())
 
 
+@pytest.mark.thorough
 def test_a_real_draught():
     chart = real_cell("US5MD1MC")
     frame = LocalFrame.about([chart])

@@ -19,6 +19,7 @@ from elusive.charts.charted_area import lay_charts
 from elusive.charts.enc import Layer, read_cell
 from elusive.errors import DataError, ElusiveError
 from elusive.geometry.local_frame import LocalFrame
+from tests.longer import longer
 
 from .scenes import cell_path, real_cell
 
@@ -36,7 +37,7 @@ EXPECTED = {  # from the cells' own description
 }
 
 
-@pytest.mark.parametrize("name", EXPECTED)
+@pytest.mark.parametrize("name", longer(EXPECTED, "US4MD81M"))
 def test_what_is_in_a_cell(name):
     chart, expected = real_cell(name), EXPECTED[name]
     for layer in ("LNDARE", "COALNE", "DEPARE", "M_QUAL"):
@@ -65,7 +66,7 @@ def test_points_and_lines_of_land():
     assert kinds == {"US5MD1MC": ["LineString", "Point"], "US4MD81M": ["Point"] * 21}
 
 
-@pytest.mark.parametrize("name", ["US5MD1MC", "US5AK5SI"])
+@pytest.mark.parametrize("name", longer(["US5MD1MC", "US5AK5SI"], "US5MD1MC"))
 def test_land_against_geodesics(name):
     """Area on the ellipsoid; the coast's edges are the land's outline but for where the chart ends."""
     chart = real_cell(name)

@@ -129,6 +129,7 @@ def test_every_kind_of_place() -> None:
         check(coast, points)
 
 
+@pytest.mark.thorough
 def test_the_lakes_of_a_real_shore() -> None:
     coast = port_fourchon()
     parts = shapely.get_parts(whole(coast.land))

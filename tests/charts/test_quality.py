@@ -80,6 +80,7 @@ def test_a_position_has_the_imprecision_of_the_nearest_coast():
     assert (found[far] == nearest[far]).mean() > 0.97  # borders are drawn roughly
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cell", ["US5AK5SI", pytest.param("US5MD1MC", marks=pytest.mark.validate)])
 def test_nothing_steps_where_zones_of_a_real_chart_meet(cell):
     chart = real_cell(cell)

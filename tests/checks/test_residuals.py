@@ -8,6 +8,7 @@ from scipy import stats
 
 from elusive.checks import lag_of, scale_of, share_of
 from elusive.checks.residuals import at_least
+from tests.longer import longer
 
 TRIALS, LEVEL = 400, 0.05  # a level of 1e-3 would need 1e5 trials
 
@@ -23,7 +24,7 @@ def most(level, trials=TRIALS):
     return level + 3 * np.sqrt(level * (1 - level) / trials)
 
 
-@pytest.mark.parametrize("degrees", [1, 2, 3])
+@pytest.mark.parametrize("degrees", longer([1, 2, 3], 2))
 @pytest.mark.parametrize("count", [10, 300])
 def test_right_deviations_are_seldom_remarked_on(degrees, count):
     draw = lambda rng: np.linalg.norm(rng.standard_normal((count, degrees)), axis=1)  # noqa: E731
@@ -42,6 +43,7 @@ def test_deviations_of_half_and_double_are_found_and_measured(factor):
     assert found.worst in found
 
 
+@pytest.mark.thorough
 def test_a_model_on_the_edge_of_what_is_tolerated_is_seldom_remarked_on():
     draw = lambda rng: 1.25 * rng.standard_normal(2000)  # noqa: E731
     assert remarks(lambda x: scale_of(x, tolerance=1.25, level=LEVEL), draw) <= most(LEVEL)

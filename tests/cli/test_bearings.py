@@ -179,7 +179,7 @@ def test_spoilt_bearings_are_one_sentence(flight, tmp_path, capsys, name):
     assert not out.exists()
 
 
-@pytest.mark.parametrize("name", longer(SPOILT, "too large", "no number"))
+@pytest.mark.parametrize("name", longer(SPOILT, "too large", "no number", "unknown sensor"))
 def test_live_a_spoilt_line_is_left_out_and_a_spoilt_table_refused(flight, tmp_path, capsys, name):
     change, sentence = SPOILT[name]
     file, out = changed(flight, tmp_path, change), tmp_path / "out"
@@ -416,6 +416,7 @@ def test_arrivals_are_tracked_and_located_from_a_table(flight, tmp_path, capsys)
     assert np.hypot(found["x_m"] - states[0, 0], found["y_m"] - states[0, 2]) < 0.2
 
 
+@pytest.mark.thorough
 def test_times_may_be_dates(flight, tmp_path, capsys):
     quick = ("--filter", "iekf", *TOLD)
     header, *rows = (flight / "bearings.csv").read_text().splitlines()

@@ -26,6 +26,7 @@ from elusive.cli.terminal import bar, say
 from elusive.experiments.amrouche2018.scenario import WeakTarget
 from elusive.results import read_tracks_csv
 from elusive.sensors.image import ImageSensor
+from tests.longer import longer
 
 ROOT = Path(__file__).parents[2]
 PROGRAM = [sys.executable, "-c", "from elusive.cli import main; main()"]
@@ -252,8 +253,21 @@ def test_a_weak_target_in_an_array_is_found(
     assert (tmp_path / "other" / "tracks.csv").read_bytes() != before["tracks.csv"]
 
 
+FORMS = {
+    "npy": "a.npy",
+    "npz": "b.npz",
+    "h5": "c.h5",
+    "h5-named": "c.h5::/camera/frames",
+    "png": "d",
+    "glob": "d/*.png",
+    "tiff": "e.tif",
+    "gif": "f.gif",
+}
+
+
+@pytest.mark.parametrize("forms", longer([["npy", "h5-named", "png", "gif"], [*FORMS]], [*FORMS]), ids=["some", "all"])
 def test_every_form_of_a_recording_gives_the_same_tracks(
-    elusive_in: Callable[..., Ran], grey: tuple[NDArray[np.uint8], NDArray[Any]], tmp_path: Path
+    elusive_in: Callable[..., Ran], grey: tuple[NDArray[np.uint8], NDArray[Any]], tmp_path: Path, forms: list[str]
 ) -> None:
     frames, path = grey
     np.save("a.npy", frames)
@@ -264,18 +278,9 @@ def test_every_form_of_a_recording_gives_the_same_tracks(
     tifffile.imwrite("e.tif", frames)
     pages = [Image.fromarray(frame) for frame in frames]
     pages[0].save("f.gif", save_all=True, append_images=pages[1:], duration=100)
-    for name, source in (
-        ("npy", "a.npy"),
-        ("npz", "b.npz"),
-        ("h5", "c.h5"),
-        ("h5-named", "c.h5::/camera/frames"),
-        ("png", "d"),
-        ("glob", "d/*.png"),
-        ("tiff", "e.tif"),
-        ("gif", "f.gif"),
-    ):
+    for name in forms:
         rate = ["--rate-hz", "10"]  # which the GIF says itself
-        ran = elusive_in("track", "images", source, "--out", name, *ENVELOPE, *(rate if name != "gif" else []))
+        ran = elusive_in("track", "images", FORMS[name], "--out", name, *ENVELOPE, *(rate if name != "gif" else []))
         assert ran.code == 0, ran.err
         check_written(tmp_path / name, 22)
         assert (tmp_path / name / "tracks.csv").read_bytes() == (tmp_path / "npy" / "tracks.csv").read_bytes()
@@ -596,6 +601,7 @@ def test_a_bad_campaign_is_one_sentence_and_leaves_nothing(
     assert everything_in(tmp_path) == before
 
 
+@pytest.mark.thorough
 def test_reproducing_a_figure_shows_its_table(elusive_in: Callable[..., Ran], tmp_path: Path) -> None:
     ran = elusive_in("reproduce", "amrouche2018", "fig5", "--trials", "2", "--out", "paper")
     assert ran.code == 0, ran.err

@@ -9,6 +9,7 @@ from elusive.results import STATUSES, read_tracks_csv
 from elusive.sensors.link_shadowing import LinkShadowing
 from elusive.systems.links.track import LinkTracking
 from tests.commands import ran
+from tests.longer import longer
 from tests.walked_room import EMPTY, FRAMES, all_missing, changed, walker, write_room
 
 FAR = """
@@ -73,6 +74,7 @@ def test_fitted_constants_are_tracked_with(network, tmp_path, capsys):
     assert np.mean(errors) < 0.6
 
 
+@pytest.mark.thorough
 def test_one_file_alone(network, tmp_path, capsys):
     """Of an area's polygon; a second fit from the result of the first has little left to gain."""
     area = tmp_path / "area.csv"
@@ -115,7 +117,7 @@ def missing_after(lines):
     ],
     ids=["short", "shorter", "nobody", "missing", "missing-later", "no-log", "text", "backwards"],
 )
-@pytest.mark.parametrize("out", ["out", "out.yaml"])
+@pytest.mark.parametrize("out", longer(["out", "out.yaml"], "out"))
 def test_a_log_that_cannot_be_fitted(network, tmp_path, capsys, change, sentence, out):
     code, said = fit(capsys, changed(network, tmp_path, change), network, "--out", tmp_path / out)
     assert code == 2

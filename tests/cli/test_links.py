@@ -33,6 +33,7 @@ def usual(network, *more):
     return (network / "log.csv", "--nodes", network / "nodes.csv", "--calibration-frames", EMPTY, *more)
 
 
+@pytest.mark.thorough
 def test_rows_of_receivers_are_tracked_as_a_table_is(network, tmp_path, capsys):
     """One channel of the room, as nodes that pass a token write it: a row a receiver, its own level 127."""
     header, *lines = ([*line.split(",")] for line in (network / "log.csv").read_text().splitlines())

@@ -224,7 +224,8 @@ def test_bearings_that_count_anticlockwise_are_named_by_the_antenna(elusive_in: 
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("change", longer([right, rounded, after_an_hour], rounded, after_an_hour))
+@pytest.mark.thorough
+@pytest.mark.parametrize("change", [right, rounded, after_an_hour])
 def test_ships_are_found(elusive_in: Run, tmp_path: Path, change: Callable[[np.random.Generator], list[Plot]]) -> None:
     """Of whole seconds none was; after an hour's gap a lost ship's belief took each that appeared for its own."""
     written(tmp_path, change(np.random.default_rng([5, 50])))

@@ -16,6 +16,7 @@ from elusive.motion import ConstantVelocity
 from elusive.sensors import RadarSensor
 from elusive.sensors.bearings import BearingSensors
 from elusive.sensors.linear import LinearSensor
+from tests.longer import longer
 
 MOTION = ConstantVelocity(q=0.05)
 PRIOR = GaussianPrior(mean=(500.0, 2.0, 800.0, -3.0), covariance=np.diag([100.0, 1.0, 100.0, 1.0]).tolist())
@@ -73,7 +74,10 @@ def measure(sensor, state, time_s, rng):
     return sensor.simulate(state, rng)[0]
 
 
-@pytest.mark.parametrize(("name", "which"), CASES)
+@pytest.mark.parametrize(
+    ("name", "which"),
+    longer(CASES, *((name, "bearings") for name in ("existence", "bernoulli", "particle")), ("existence", "radar")),
+)
 def test_errors_are_as_large_as_said(name, which):
     """NEES of the last state, summed over trials, within the chi-square band that one run in 10 000 leaves."""
     sensor, nees = SENSORS[which], []

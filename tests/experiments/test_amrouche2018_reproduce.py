@@ -121,6 +121,7 @@ def test_out_that_is_a_file_is_refused(tmp_path: Path) -> None:
     assert (tmp_path / "out").read_text() == "mine"
 
 
+@pytest.mark.thorough
 def test_stopped_and_started_again_it_goes_on_to_the_same_files(tmp_path: Path) -> None:
     def stop(progress: Progress) -> None:
         if progress.done:

@@ -22,6 +22,7 @@ from elusive.experiments.bootsveld2012.route import IMPRECISE, PERFECT, STEPS, U
 from elusive.experiments.bootsveld2012.shore import shoreline
 from elusive.experiments.bootsveld2012.trial import ShipTrial, trial
 from tests.charts.shapes import DATA
+from tests.longer import longer
 
 WAYS = ("canal-middle", "canal-coast", "canal-imprecise", "port-perfect", "port-imprecise")
 DEVIATIONS = 4.0  # of the difference of two Monte Carlo means that a test allows
@@ -112,7 +113,7 @@ def test_the_delta_is_the_same_for_the_same_seed_and_a_map_of_islands_and_creeks
     assert 0.2 < delta.area / (WIDTH_M * HEIGHT_M) < 0.8
 
 
-@pytest.mark.parametrize("real", [False, True])
+@pytest.mark.parametrize("real", longer([False, True], True))
 @pytest.mark.parametrize("perfect", [False, True])
 def test_the_route_keeps_its_distance_from_the_charted_coast(real: bool, perfect: bool) -> None:
     land = shoreline(port_fourchon() if real else None, 2012)

@@ -126,6 +126,7 @@ def test_clouds_influence_and_maps_are_drawn(tmp_path: Path) -> None:
     np.testing.assert_allclose([float(value) for value in middle.values()], [0, 0.478, 0.691, 0.383], atol=1e-3)
 
 
+@pytest.mark.thorough
 def test_run_times_are_told_of_every_method() -> None:
     case = FEW._replace(sigma_m=60.0).case("port-imprecise")
     rows = run_times(case, 2012, enough_s=0.05)

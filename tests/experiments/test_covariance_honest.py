@@ -19,7 +19,6 @@ from elusive.filters import BernoulliFilter, MeasurementBirth, UniformBirth
 from elusive.filters.particle.bernoulli import BernoulliState
 from elusive.runner import run
 from elusive.sensors import ImageSensor
-from tests.longer import longer
 
 SEEN = 0.5  # existence from which an estimate counts
 UPPER = float(stats.chi2.ppf(0.99, 2))
@@ -72,8 +71,10 @@ def check(sensor: ImageSensor, snr_db: float, trials: int, widest: float) -> Non
 
 @pytest.mark.parametrize(
     ("sensor", "snr_db"),
-    longer([(PAPER, 12.0), (WIDE, 9.0)], (WIDE, 9.0), marks=pytest.mark.validate),
-    ids=["paper", "wide"],
+    [
+        pytest.param(PAPER, 12.0, marks=pytest.mark.thorough, id="paper"),
+        pytest.param(WIDE, 9.0, marks=pytest.mark.validate, id="wide"),
+    ],
 )
 def test_the_covariance_of_a_place_is_honest(sensor: ImageSensor, snr_db: float) -> None:
     check(sensor, snr_db, 150, widest=0.35)

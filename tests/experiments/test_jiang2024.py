@@ -114,6 +114,7 @@ def test_reproduced_from_the_command_line(tmp_path, capsys):
     assert all((tmp_path / f"{name}.png").stat().st_size > 20_000 for name in TARGETS if name.startswith("fig"))
 
 
+@pytest.mark.thorough
 def test_a_figure_alone_needs_its_motion_alone(tmp_path):
     done = reproduce(tmp_path, ["fig3"], trials=2)
     assert done.written == ["fig3.png"]

@@ -22,6 +22,7 @@ from elusive.experiments.mazurek2013.table import CHECK, METHODS, SIGMAS
 from elusive.experiments.mazurek2013.trial import METHODS as EVERY_METHOD
 from elusive.experiments.mazurek2013.trial import NoiseObjectTrial, trial
 from tests.experiments.transitions import transition
+from tests.longer import longer
 from tests.reference.waveform import accumulated
 
 COLUMNS = ["object_size", "window", "smoothing", "statistic", "background_sigma", "mean_error", "standard_error"]
@@ -44,7 +45,7 @@ def visible(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
 
 
-@pytest.mark.parametrize("border", ["circular", "bounded"])
+@pytest.mark.parametrize("border", longer(["circular", "bounded"], "bounded"))
 def test_the_scenario_is_the_papers(border: str) -> None:
     scenario = NoiseObjectCase(object_size=5, border=border)
     cases = [scenario.simulate(np.random.default_rng(seed)) for seed in range(150)]
@@ -165,6 +166,7 @@ def test_all_figures_and_the_table(tmp_path: Path) -> None:
     assert CHANCE_LEVEL == 300
 
 
+@pytest.mark.thorough
 def test_a_named_target_runs_only_what_it_shows(tmp_path: Path) -> None:
     done = reproduce(tmp_path, ["fig6"], trials=2)
     assert visible(tmp_path) == ["campaign-size5-alpha0.98-2-seed2013.zarr", "fig6.csv", "fig6.png"]
@@ -237,6 +239,7 @@ def test_another_seed_draws_other_cases(tmp_path: Path) -> None:
     assert (tmp_path / "1" / "fig3.csv").read_bytes() != (tmp_path / "2" / "fig3.csv").read_bytes()
 
 
+@pytest.mark.thorough
 def test_the_command_shows_the_table(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:

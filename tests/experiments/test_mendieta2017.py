@@ -53,6 +53,7 @@ def test_the_first_simulation_is_that_of_tables_4_1_to_4_3() -> None:
     assert (ours.life.delete_frames, ours.gate_m) == (3, 1.0)
 
 
+@pytest.mark.thorough
 def test_people_are_there_as_long_as_the_thesiss() -> None:
     """479 steps of ten people; of as many who only walk, 22 a person: pi A / P over the step, less the last run out."""
     there = [np.isfinite(WALKS.replace(users=10).draw(run_of(k))[..., 0]).sum() for k in range(60)]
@@ -77,7 +78,9 @@ def test_deviations_are_of_the_pairs_that_heads_make() -> None:
     assert np.isnan(nobody["max_deviation_m"]).all()
 
 
-@pytest.mark.parametrize("method", longer(["thesis", "image", "links", "binary"], "links", marks=pytest.mark.validate))
+@pytest.mark.parametrize(
+    "method", longer(["thesis", "image", "links", "binary"], "image", "links", marks=pytest.mark.validate)
+)
 def test_every_method_sees_the_same_run_and_repeats(method: MethodName) -> None:
     one, other = runs(method, SHORT, range(1)) + runs(method, SHORT, range(1))
     assert one["targets"] == runs("thesis", SHORT, range(1))[0]["targets"]

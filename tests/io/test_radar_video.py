@@ -104,6 +104,7 @@ def heading_deg_of(spokes: Spokes) -> float:
     return float(np.degrees(np.angle(np.exp(1j * spokes.heading_rad).mean())) % 360)
 
 
+@pytest.mark.thorough
 def test_the_harbour_is_what_is_known_of_it() -> None:
     path = recorded() / "navico_4g_harbour.pcap.gz"
     found = read(path)

@@ -10,6 +10,7 @@ from scipy import ndimage
 
 from elusive.preprocess import scales
 from elusive.preprocess.deformation import Deforming, deformation
+from tests.longer import longer
 
 ROWS, COLUMNS = 144, 176
 STILL = np.zeros((2, 2))
@@ -62,7 +63,7 @@ def test_zoom_roll_and_ground_are_found(linear: list[list[float]], step: tuple[f
     assert np.abs([way[0] + middle @ way[1:] for way in ways]).max() < 0.5
 
 
-@pytest.mark.parametrize("step", [(0.0, 0.0), (1.4, -0.6), (0.5, 0.0)])
+@pytest.mark.parametrize("step", longer([[0.0, 0.0], [1.4, -0.6], [0.5, 0.0]], [0.0, 0.0], [0.5, 0.0]))
 @pytest.mark.parametrize("depth", [0.0, 1.0, 10.0])
 def test_what_is_only_shifted_or_noise_is_not_deformed(step: tuple[float, float], depth: float) -> None:
     for seed in range(30):

@@ -18,6 +18,7 @@ from elusive.preprocess.drawn import (
     without_drawn,
 )
 from elusive.preprocess.peaks import PeakFinder
+from tests.longer import longer
 from tests.preprocess.scenes import recording
 
 
@@ -188,7 +189,7 @@ def of_the_scene(kept, image, blank, lines, bound):
             yield part & lines
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", longer(range(4), 1, 2, 3))
 def test_wide_parts_with_bent_outlines_and_flanks_are_left(seed):
     rng = np.random.default_rng(seed)
     kept = np.full((70, 90), FRAMES, np.uint8)

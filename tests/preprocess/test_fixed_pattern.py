@@ -5,6 +5,7 @@ import pytest
 from scipy import ndimage
 
 from elusive.preprocess import PeakFinder
+from tests.longer import longer
 
 SHAPE, NOISE = (80, 96), 2.0
 STEP = np.array([-0.7, 0.3])  # of the scene, each frame
@@ -35,7 +36,7 @@ def pattern_of(seed):
     return 5 * NOISE * rough / rough.std()
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", longer([1, 2, 3], 2, 3))
 def test_the_scene_is_followed_under_a_pattern(seed):
     rng = np.random.default_rng(seed)
     pattern = pattern_of(seed)
@@ -56,7 +57,7 @@ def test_a_right_camera_has_no_pattern():
         assert not any(state.pattern.taken or state.output.anew for state in states)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", longer([1, 2, 3], 2, 3))
 def test_clouds_over_ground_at_rest_make_no_pattern(seed):
     rng = np.random.default_rng(seed)
     clouds, ground = scene_of(seed), 2 * panned(scene_of(seed + 10, 1.5), 0)

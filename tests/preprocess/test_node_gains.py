@@ -11,6 +11,7 @@ from elusive.preprocess.node_gains import FEWEST_LINKS, node_gains, of_readings
 from elusive.sensors.radio_network import RssFrame, directed_links_of
 from elusive.systems.links.checks import LinkFacts
 from elusive.systems.links.track import LinkTracking, track
+from tests.longer import longer
 from tests.ray_room import EMPTY, ray_room
 
 NODES, CHANGED = 12, 3
@@ -36,7 +37,7 @@ def states(frames):
     return told
 
 
-@pytest.mark.parametrize(("side", "gain_db"), [(0, -5.0), (1, 4.0), (0, 3.0)])
+@pytest.mark.parametrize(("side", "gain_db"), longer([(0, -5.0), (1, 4.0), (0, 3.0)], (1, 4.0), (0, 3.0)))
 def test_a_gain_is_taken_out_while_somebody_walks(side, gain_db):
     room = ray_room(0, (0.7,), frames=60)
     whole, found = states(room.frames), states(spoilt(room, side, gain_db, EMPTY + 20))
@@ -48,7 +49,7 @@ def test_a_gain_is_taken_out_while_somebody_walks(side, gain_db):
         np.testing.assert_allclose(after.rise_db, before.rise_db, atol=1.0)
 
 
-@pytest.mark.parametrize("gains_db", [(-6.0, -3.0), (5.0, -4.0)])
+@pytest.mark.parametrize("gains_db", longer([[-6.0, -3.0], [5.0, -4.0]], [-6.0, -3.0]))
 def test_both_gains_of_a_radio_are_taken_out_while_somebody_walks(gains_db):
     """Of a radio that came back with other settings."""
     room = ray_room(1, (0.7,), frames=60)
@@ -61,7 +62,7 @@ def test_both_gains_of_a_radio_are_taken_out_while_somebody_walks(gains_db):
         np.testing.assert_allclose(after.rise_db, before.rise_db, atol=1.5)
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_a_gain_of_both_ways_alike_is_taken_out_while_somebody_walks(seed):
     """An antenna that is turned."""
     room = ray_room(seed, (0.7,), frames=60)

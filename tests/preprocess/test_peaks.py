@@ -11,6 +11,7 @@ from elusive.preprocess.dead_lines import dead_lines
 from elusive.preprocess.impulses import without_impulses
 from elusive.preprocess.peaks import LEVELS
 from elusive.preprocess.repair import without_stuck
+from tests.longer import longer
 from tests.preprocess.scenes import recording
 
 
@@ -130,7 +131,7 @@ def test_a_camera_that_moves_jumps_and_cuts():
     assert (found[24].offset_px == 0).all()
 
 
-@pytest.mark.parametrize("way", [(0.0, 0.0), (-0.85, 0.15), (0.15, 0.4)])
+@pytest.mark.parametrize("way", [[-0.85, 0.15], *longer([[0.0, 0.0], [0.15, 0.4]], [0.0, 0.0], [0.15, 0.4])])
 def test_a_soft_scene_whose_finest_detail_is_lost_in_noise_is_followed(way):
     """A small frame's finest map is nearly all noise: a clouded sky; what is coarser tells how the camera pans."""
     rng, steps = np.random.default_rng(11), np.arange(50)[:, None] * np.array(way)
@@ -162,7 +163,7 @@ def test_gaps_hold_no_peaks():
         assert len(x) > 20
 
 
-@pytest.mark.parametrize("missing", [0.02, 0.1, 0.2])
+@pytest.mark.parametrize("missing", longer([0.02, 0.1, 0.2], 0.02, 0.1))
 def test_pixels_missing_here_and_there_hide_nothing(missing):
     """A moving target of 14 dB keeps the strength that the known share of its pixels leaves it, within a fifth."""
     rng = np.random.default_rng(6)
@@ -273,7 +274,7 @@ def test_frames_that_cannot_be_searched_are_refused(frames, sentence):
         found_in(frames)
 
 
-@pytest.mark.parametrize("transposed", [False, True])
+@pytest.mark.parametrize("transposed", longer([False, True], False))
 def test_dead_lines_do_not_hold_the_registration(transposed):
     """Two columns side by side, two others and a row, with noise of their own, against the same frames without."""
     rng = np.random.default_rng(8)

@@ -16,6 +16,7 @@ from elusive.preprocess.link_weights import EllipseWeights
 from elusive.preprocess.tomography import RegularisedImage
 from elusive.preprocess.voxels import VoxelGrid
 from elusive.sensors.radio_network import links_of, radio_nodes
+from tests.longer import longer
 from tests.reference import tomography as reference
 
 GRID = VoxelGrid(x0=-12, x1=12, y0=-12, y1=12)
@@ -198,7 +199,7 @@ def test_nodes_fail_one_after_another_until_none_is_left():
     assert not projector.image(np.full(820, np.nan)).any()
 
 
-@pytest.mark.parametrize("system", ["links", "voxels"])
+@pytest.mark.parametrize("system", longer(["links", "voxels"], "links"))
 # noise is estimated from 128 frames: standard error 1 / sqrt(256) of a voxel, before it is smoothed
 @pytest.mark.parametrize(("equalised", "most", "all_of"), [("person", 0.03, 0.15), ("noise", 1.645 / 16, 4 / 16)])
 def test_a_large_network_sees_the_same(factored, system, equalised, most, all_of):

@@ -70,7 +70,9 @@ def correlation(a: np.ndarray, b: np.ndarray) -> float:
     return abs(np.mean(a * b.conj()))
 
 
-@pytest.mark.parametrize("kind", longer(COLOURS + MORE_COLOURS, "drifting", "complex", "white", *MORE_COLOURS))
+@pytest.mark.parametrize(
+    "kind", longer(COLOURS + MORE_COLOURS, "hum", "time0.8", "drifting", "complex", "white", *MORE_COLOURS)
+)
 def test_what_comes_out_is_white(kind: str) -> None:
     """Correlations of 120 000 samples, along and in time, and those of their squares; a standard error is .003."""
     white = made_white(noise(kind))[20:]

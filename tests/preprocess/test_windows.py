@@ -221,7 +221,7 @@ def test_regions_in_the_signal_s_units_may_lie_anywhere():
     np.testing.assert_allclose(shifted, ChiSquare(adaptive=False, boundaries=(-1.0, 0.0)).statistic(frame))
 
 
-@pytest.mark.parametrize("shape", [(40,), (12, 12)], ids=["signal", "image"])
+@pytest.mark.parametrize("shape", [(40,), pytest.param((12, 12), marks=pytest.mark.thorough)], ids=["signal", "image"])
 @pytest.mark.parametrize(
     ("model", "border"),
     [

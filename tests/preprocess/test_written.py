@@ -9,6 +9,7 @@ from scipy import ndimage
 from elusive.preprocess import written as module
 from elusive.preprocess._written_kernels import sharp_parts
 from elusive.preprocess.written import NOTHING, hidden_of, without_written, written
+from tests.longer import longer
 
 N, ROWS, COLUMNS = 40, 60, 80
 GLYPHS = np.array([[0, 1, 1, 0, 0, 1, 1]] + 3 * [[1, 0, 0, 1, 0, 1, 1]] + [[0, 1, 1, 0, 0, 1, 1]])
@@ -170,7 +171,7 @@ def test_what_was_not_seen_for_long_is_forgotten(monkeypatch):
     assert sizes[-1] == 0
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", longer(range(3), 1, 2))
 def test_sharp_parts_are_those_of_one_value_with_sharp_outlines(seed):
     rng = np.random.default_rng(seed)
     image = np.round(ndimage.gaussian_filter(rng.normal(0, 20, (40, 50)), 1)).astype(np.float32)

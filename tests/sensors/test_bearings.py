@@ -95,7 +95,7 @@ def test_a_sample_without_elevation_leaves_the_others_mean():
 @pytest.mark.parametrize("outliers", longer([0.0, 0.3], 0.0))
 def test_likelihood_integrates_to_one(outliers):
     flat = FLAT.replace(outlier_probability=outliers, positions_m=PLACES[:1])
-    angles = np.linspace(-np.pi, np.pi, 4001)[:-1]
+    angles = np.linspace(-np.pi, np.pi, 2001)[:-1]
     density = [
         np.exp(flat.log_likelihood(STATE[:, :4], BearingSet(0.0, np.array([0]), np.array([a]), np.array([np.nan]))))
         for a in angles
@@ -104,7 +104,7 @@ def test_likelihood_integrates_to_one(outliers):
     solid = SOLID.replace(outlier_probability=outliers, positions_m=PLACES[:1])
     rng = np.random.default_rng(5)
     azimuth, elevation = (part[0, 0] for part in solid.measured(STATE))
-    reach, n = np.deg2rad(12), 20000
+    reach, n = np.deg2rad(12), 5000
     around, up = azimuth + rng.uniform(-reach, reach, n), elevation + rng.uniform(-reach, reach, n)
     mass = [
         np.exp(solid.log_likelihood(STATE, BearingSet(0.0, np.array([0]), np.array([a]), np.array([e]))))[0] * np.cos(e)

@@ -39,6 +39,7 @@ from elusive.systems.video.track import track_video
 from elusive.systems.video.turns import heard, turns_of
 from elusive.tracking.memory import Memory
 from tests.bearing_flight import write_flight
+from tests.longer import longer
 from tests.walked_room import EMPTY, write_room
 
 
@@ -62,7 +63,7 @@ def check(run, measurements, cut):
     assert on.passed == cut
 
 
-@pytest.mark.parametrize("method", ["links", "image"])
+@pytest.mark.parametrize("method", longer(["links", "image"], "image"))
 def test_people_in_a_room_are_gone_on_with(tmp_path, method):
     room = write_room(tmp_path)
     nodes = read_nodes(room / "nodes.csv")
@@ -71,7 +72,9 @@ def test_people_in_a_room_are_gone_on_with(tmp_path, method):
     check(lambda frames, memory: track_links(frames, nodes, parameters, memory), log, EMPTY + 12)
 
 
-@pytest.mark.parametrize("given", [{"filter": {"kind": "iekf"}}, {"filter": {"kind": "fixed-lag"}}, {}])
+@pytest.mark.parametrize(
+    "given", longer([{"filter": {"kind": "iekf"}}, {"filter": {"kind": "fixed-lag"}}, {}], {"filter": {"kind": "iekf"}})
+)
 def test_emitters_are_gone_on_with(tmp_path, given):
     flight = write_flight(tmp_path)
     sites = read_sensors(flight / "sensors.csv")
@@ -100,7 +103,7 @@ class Frame:
         self.time_s, self.pixels = time_s, pixels
 
 
-@pytest.mark.parametrize("kind", ["peaks", "single", "recurrent"])
+@pytest.mark.parametrize("kind", longer(["peaks", "single", "recurrent"], "single"))
 def test_targets_in_frames_are_gone_on_with(kind):
     rng = np.random.default_rng(1)
     frames = rng.normal(0, 1, (24, 64, 80))

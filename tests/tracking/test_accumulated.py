@@ -171,6 +171,7 @@ def beside_a_star(runs: int, *, star: bool) -> float:
     return float(np.mean(found))
 
 
+@pytest.mark.thorough
 def test_a_star_hides_nothing_but_what_passes_before_it():
     assert beside_a_star(6, star=True) > beside_a_star(6, star=False) - 0.1
 

@@ -9,6 +9,7 @@ import pytest
 from scipy.special import ndtr
 
 from elusive.systems.images.track import ImageTracking, track_images
+from tests.longer import longer
 
 SIZE = 96
 Y, X = np.mgrid[:SIZE, :SIZE].astype(float)
@@ -42,7 +43,7 @@ def test_what_slides_along_an_edge_is_not_shown() -> None:
     assert sum((one[:, 2] > 0.9).sum() for one in found) <= 3
 
 
-@pytest.mark.parametrize(("pan", "height"), [(0.0, 9.0), (0.3, 15.0)])
+@pytest.mark.parametrize(("pan", "height"), longer([(0.0, 9.0), (0.3, 15.0)], (0.0, 9.0)))
 def test_what_goes_along_a_road_is_shown(pan: float, height: float) -> None:
     rng = np.random.default_rng(3)
     way = np.column_stack([6 + 1.3 * np.arange(60), 50.3 + pan * np.arange(60)])

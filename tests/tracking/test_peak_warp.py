@@ -105,7 +105,13 @@ def seen_by(view: np.ndarray, rng: np.random.Generator, *, target: bool) -> list
     return seen
 
 
-@pytest.mark.parametrize("view", [1.008 * np.eye(2), 0.992 * np.eye(2), np.array([[1.0, -0.015], [0.015, 1.0]])])
+@pytest.mark.parametrize(
+    "view",
+    [
+        np.array([[1.0, -0.015], [0.015, 1.0]]),
+        *(pytest.param(zoom * np.eye(2), marks=pytest.mark.thorough) for zoom in (1.008, 0.992)),
+    ],
+)
 def test_a_camera_that_zooms_or_rolls_shows_what_moves_alone(view: np.ndarray) -> None:
     for belief, _ in seen_by(view, np.random.default_rng(3), target=False)[10:]:
         assert not any(track.extra["shown"] for track in belief.tracks)

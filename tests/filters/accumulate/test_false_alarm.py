@@ -126,8 +126,15 @@ def alarms(recurrent: RecurrentFilter, statistic: Statistic, shape: tuple[int, .
     ("recurrent", "statistic", "shape"),
     [
         (RecurrentFilter(max_velocity=3), LikelihoodRatio(), (300,)),
-        (RecurrentFilter(max_velocity=3, border="bounded"), LikelihoodRatio(border="cut"), (300,)),
-        (RecurrentFilter(smoothing=0.9, max_velocity=3), DotProduct(window=5), (300,)),
+        pytest.param(
+            RecurrentFilter(max_velocity=3, border="bounded"),
+            LikelihoodRatio(border="cut"),
+            (300,),
+            marks=pytest.mark.thorough,
+        ),
+        pytest.param(
+            RecurrentFilter(smoothing=0.9, max_velocity=3), DotProduct(window=5), (300,), marks=pytest.mark.thorough
+        ),
         pytest.param(RecurrentFilter(max_velocity=1), LikelihoodRatio(window=3), (24, 40), marks=pytest.mark.thorough),
     ],
 )

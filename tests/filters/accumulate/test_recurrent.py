@@ -13,6 +13,7 @@ import pytest
 from elusive import collect, run
 from elusive.errors import DataError, ParameterError
 from elusive.filters.accumulate.recurrent import RecurrentFilter
+from tests.longer import longer
 from tests.reference.recurrent import recurrent
 
 RNG = np.random.default_rng(0)  # the filter draws nothing
@@ -71,7 +72,7 @@ def assert_same(model, frames, scene=None):
 @pytest.mark.parametrize("precision", ["single", "double"])
 @pytest.mark.parametrize("border", ["circular", "bounded"])
 @pytest.mark.parametrize("switching", SWITCHING)
-@pytest.mark.parametrize("bank", BANKS)
+@pytest.mark.parametrize("bank", longer(BANKS, "fractional"))
 def test_every_step_equals_its_twin(bank, switching, border, precision):
     model = RecurrentFilter(
         smoothing=0.9, border=border, precision=precision, **SWITCHING[switching], **BANKS[bank]

@@ -16,6 +16,7 @@ from elusive.motion import ConstantVelocity
 from elusive.motion.altitude import WithAltitude
 from elusive.sensors.bearings import BearingSensors
 from tests.charts.shapes import DATA
+from tests.longer import longer
 
 FOLDER = DATA / "bearings" / "drone3"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"no recording of a drone at {FOLDER}")
@@ -86,7 +87,7 @@ def test_the_iterated_filter_holds_the_track_too():
     assert rms(smooth[cameras >= 2]) < 0.45
 
 
-@pytest.mark.parametrize(("gap_s", "most_m"), [(1.0, 0.8), (5.0, 3.0)])
+@pytest.mark.parametrize(("gap_s", "most_m"), longer([(1.0, 0.8), (5.0, 3.0)], (1.0, 0.8)))
 def test_gaps_of_all_cameras_are_bridged(gap_s, most_m):
     sensor, sets, times, _, cameras = recording()
     hidden = np.zeros(len(sets), bool)

@@ -20,6 +20,7 @@ from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 from tests.filters.gaussian.bearing_scenes import FLAT, PLACES, PROBLEMS, recorded
 from tests.filters.gaussian.test_random_scenes import MOTION, scene
+from tests.longer import longer
 from tests.reference import bearings as twin
 
 RNG = np.random.default_rng(0)
@@ -243,7 +244,7 @@ def test_a_most_probable_first_place_on_a_sensor_is_not_taken_as_certain():
     assert ground_nees(found, flight).max() < 30
 
 
-@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("smooth", longer([False, True], True))
 def test_errors_on_a_turn_that_is_hardly_told_are_as_large_as_claimed(smooth):
     """Linearised before its turn rate is told, a turn leaves a mean of 3."""
     each = []

@@ -18,7 +18,6 @@ from elusive.filters.gaussian.factor_graph_fix import FactorGraphFix
 from elusive.runner import run
 from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearings import BearingSensors
-from tests.longer import longer
 from tests.reference import factor_graph as twin
 
 RUNS, DEVIATIONS = 100, 3.5
@@ -109,7 +108,8 @@ def test_fixes_converge_as_the_prototypes(iterations: int, value: float) -> None
     assert found == pytest.approx(value, abs=DEVIATIONS * np.sqrt(2) * error + (0.5 if value == 27 else 0.005))
 
 
-@pytest.mark.parametrize("motion", longer(["cv", "ca", "ctrv"], "ca", "ctrv"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("motion", ["cv", "ca", "ctrv"])
 @pytest.mark.parametrize(("smooth", "table"), [(False, EKF), (True, EKS)], ids=["fg-ekf", "fg-eks"])
 def test_rows_of_the_table(motion: str, smooth: bool, table: dict) -> None:
     for sigma, value in zip(SIGMAS_DEG, table[motion], strict=True):

@@ -15,6 +15,7 @@ from elusive.sensors.bearing_sets import BearingSet
 from elusive.sensors.bearing_table import tabulated
 from elusive.sensors.bearings import BearingSensors
 from tests.filters.gaussian.bearing_scenes import FLAT, PLACES, PROBLEMS, SOLID, recorded
+from tests.longer import longer
 from tests.reference import bearings as twin
 
 
@@ -55,7 +56,7 @@ def test_a_straight_turn_is_no_division_by_zero():
         np.testing.assert_allclose(F, twin.numeric_jacobian(lambda s: twin.moved(problem, s, 0.7), state), atol=1e-8)
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", longer(PROBLEMS, "ctrv"))
 def test_path_and_covariances_are_the_dense_solvers(name):
     problem = smoother(name)
     _, _, sets = recorded(PROBLEMS[name], steps=6)

@@ -15,6 +15,7 @@ from elusive.filters.particle.coast_error import CoastError, coast_bias, learn_b
 from elusive.filters.particle.sir import ParticleFilter
 from elusive.motion import ConstantVelocity, WithCoastError, complete, kinematic_names
 from tests.charts.shapes import land
+from tests.longer import longer
 
 SIGMA = 10.0
 STEPS = 100
@@ -103,7 +104,7 @@ def on_a_grid(measurements, correlation_m, share):
     return np.array(found)
 
 
-@pytest.mark.parametrize("truth", [-10.0, -20.0])
+@pytest.mark.parametrize("truth", longer([-10.0, -20.0], -20.0))
 @pytest.mark.parametrize(("kind", "share"), [("fresh", 0.0), ("persistent", SHARE)])
 def test_a_ship_at_rest_near_land_as_the_recursion_on_a_grid_has_it(truth, kind, share):
     measurements = truth + Place.deviation * np.random.default_rng(1).standard_normal(STEPS)

@@ -13,6 +13,7 @@ from elusive.filters.particle.estimates import (
     marginal_map,
     mean_and_covariance,
 )
+from tests.longer import longer
 from tests.reference.filters import moments
 
 MEAN = np.array([3.0, 0.5, -2.0, 0.1])
@@ -88,7 +89,7 @@ def test_the_ellipse_lies_at_its_angle(angle):
     assert -np.pi / 2 < ellipse.angle_rad <= np.pi / 2
 
 
-@pytest.mark.parametrize("level", [0.5, 0.9])
+@pytest.mark.parametrize("level", longer([0.5, 0.9], 0.5))
 def test_the_region_of_a_gaussian_is_its_ellipse(level):
     particles, weights = sample(2500)
     region = credible_region(particles, weights, level)

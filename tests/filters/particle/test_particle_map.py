@@ -17,6 +17,7 @@ from elusive.filters.priors import GaussianPrior
 from elusive.motion import ConstantAcceleration, ConstantTurnRateVelocity, ConstantVelocity, CoordinatedTurn
 from elusive.sensors.radar import RadarSensor
 from tests.charts.shapes import land
+from tests.longer import longer
 from tests.reference.particle import map_index
 
 SENSOR = RadarSensor()
@@ -67,7 +68,11 @@ def two_steps(motion, knowledge, n, rng):
 
 @pytest.mark.parametrize("knowledge", [None, IntervalWater()], ids=["no map", "map"])
 @pytest.mark.parametrize(
-    "motion", [ConstantVelocity(q=2.0), CoordinatedTurn(q=2.0, turn_rate_deg=20), ConstantAcceleration(q=0.5)]
+    "motion",
+    longer(
+        [ConstantVelocity(q=2.0), CoordinatedTurn(q=2.0, turn_rate_deg=20), ConstantAcceleration(q=0.5)],
+        CoordinatedTurn(q=2.0, turn_rate_deg=20),
+    ),
 )
 def test_it_is_the_particle_that_the_whole_double_sum_chooses(motion, knowledge):
     rng = np.random.default_rng(1)

@@ -10,6 +10,7 @@ import pytest
 from elusive.systems.bearings.report import BearingsTracked, bearings_report
 from elusive.systems.bearings.report.page import TIMES_SHOWN
 from tests.browsing import data_in, is_drawn, layers, names, numbers, stands_alone, titles
+from tests.longer import longer
 
 SENSORS = np.array([[0.0, 0.0], [70.0, 12.0], [500.0, 900.0]])
 
@@ -91,7 +92,7 @@ def test_a_long_recording_is_thinned_for_the_page(tmp_path: Path) -> None:
     assert len(numbers(layers(data, name="truth")[0]["x"])) == len(data["times"])
 
 
-@pytest.mark.parametrize(("times", "truth", "solid", "started"), CASES)
+@pytest.mark.parametrize(("times", "truth", "solid", "started"), longer(CASES, *CASES[:2], CASES[3]))
 def test_the_figure_is_drawn(tmp_path: Path, times: int, truth: bool, solid: bool, started: int) -> None:
     bearings_report(made(times, truth, solid, started)).write_figure(tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 10_000
@@ -105,6 +106,6 @@ def test_the_page_shows_what_there_is(tmp_path: Path, times: int, truth: bool, s
     assert ("How high" in titles(data)) == solid
 
 
-@pytest.mark.parametrize(("times", "solid", "width"), [(30, True, 1280), (1, False, 800)])
+@pytest.mark.parametrize(("times", "solid", "width"), longer([(30, True, 1280), (1, False, 800)], (1, False, 800)))
 def test_a_browser_draws_it_without_complaint(tmp_path: Path, times: int, solid: bool, width: int) -> None:
     is_drawn(written(tmp_path, tracked(times, solid=solid, started=0)), width)

@@ -92,6 +92,7 @@ def test_the_bound_of_one_step_is_that_of_its_bearings():
     assert found.smoother_m == pytest.approx(exact, rel=1e-2)
 
 
+@pytest.mark.thorough
 def test_the_squared_error_in_deviations_is_the_tables():
     flown = track_bearing_scene(BearingScene(estimators=("map",)))
     outcome = flown.each[0].outcome

@@ -142,7 +142,14 @@ def arrivals_of(sense):
 
 @pytest.mark.parametrize(
     ("sense", "name"),
-    longer(itertools.product(SENSED, ("map", "fixed-lag", "iekf")), ("both", "map"), ("both", "fixed-lag")),
+    longer(
+        itertools.product(SENSED, ("map", "fixed-lag", "iekf")),
+        ("toa", "fixed-lag"),
+        ("toa", "iekf"),
+        ("tdoa", "map"),
+        ("both", "map"),
+        ("both", "fixed-lag"),
+    ),
 )
 def test_times_of_arrival_are_tracked_within_what_is_claimed(sense, name):
     parameters = BearingTracking(filter={"kind": name}, sigma_deg=0.5, arrivals=arrivals_of(sense))
@@ -162,7 +169,7 @@ def test_the_factor_graph_is_of_bearings_alone():
         list(track(heard(0, SENSED["toa"]), BearingTracking(filter={"kind": "fg-eks"}), SITES))
 
 
-@pytest.mark.parametrize("sense", SENSED)
+@pytest.mark.parametrize("sense", longer(SENSED, "toa", "both"))
 def test_an_emitter_that_stays_is_located_by_times_of_arrival(sense):
     method = EmitterLocation(arrivals=arrivals_of(sense), sigma_deg=0.5)
     place = np.array([20.0, 0.0, 30.0, 0.0])

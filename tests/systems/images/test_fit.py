@@ -47,6 +47,7 @@ def test_what_frames_were_drawn_with_is_found(seed, sigma, level, width, snr_db)
     assert values["--polarity"].value == "bright"
 
 
+@pytest.mark.thorough
 def test_stated_deviations_are_those_over_recordings():
     """Over recordings, the noise's error is as large as stated: by the chi-square law of its sum."""
     errors = []

@@ -21,7 +21,6 @@ from elusive.results import read_tracks_csv
 from elusive.sensors import NoiseObject, NoiseObjectPath, NoiseRecording
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.track import ImageTracking
-from tests.longer import longer
 
 FRAMES = 30
 
@@ -83,7 +82,8 @@ def test_in_95_of_100_runs_of_full_size() -> None:
     assert ghosts == 0
 
 
-@pytest.mark.parametrize("kind", longer(["std", "chi2", "dot"], "std", "chi2"))
+@pytest.mark.thorough
+@pytest.mark.parametrize("kind", ["std", "chi2", "dot"])
 def test_the_other_statistics_find_it_too(kind: str) -> None:
     assert found(48, 0.5, 2, kind) == (2, 0)
 

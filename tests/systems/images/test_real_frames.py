@@ -10,15 +10,15 @@ import pytest
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.track import ImageTracking, track_images
 from tests import infrared
+from tests.longer import longer
 from tests.recorded_table import documented, measured, row
 
 pytestmark = pytest.mark.skipif(
     not infrared.DATA.is_dir(), reason=f"no recordings: {infrared.DATA} is missing; point ELUSIVE_DATA at the data"
 )
-SHORT = ("easy2", "sequence1")
+SHORT = {"easy2": (), "sequence1": pytest.mark.thorough}
 EVERY = [
-    pytest.param(name, marks=[] if name in SHORT else pytest.mark.validate)
-    for name in (*infrared.SEQUENCES, *infrared.CLIPS)
+    pytest.param(name, marks=SHORT.get(name, pytest.mark.validate)) for name in (*infrared.SEQUENCES, *infrared.CLIPS)
 ]
 
 
@@ -56,7 +56,7 @@ def test_targets_are_followed_on_the_mean():
     assert np.mean([score(name).followed for name in (*infrared.SEQUENCES, *infrared.CLIPS)]) >= 0.95
 
 
-@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize("name", longer(SHORT, "sequence1"))
 def test_the_target_is_shown_and_little_else(name):
     found = score(name)
     assert found.due >= 20
@@ -65,7 +65,7 @@ def test_the_target_is_shown_and_little_else(name):
 
 
 @pytest.mark.validate
-@pytest.mark.parametrize("name", SHORT)
+@pytest.mark.parametrize("name", longer(SHORT, "sequence1"))
 def test_painted_out_nothing_is_shown_there(name):
     assert without(name).existence < 0.1
 

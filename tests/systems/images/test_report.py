@@ -19,6 +19,7 @@ from elusive.systems.images.report import (
     verdict,
 )
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
+from tests.longer import longer
 
 
 def tracked(frames: int, shape: tuple[int, int] = (24, 32), *, truth: bool = True, unit: str = "frame") -> Tracked:
@@ -131,8 +132,11 @@ def test_masked_pixels_are_black_and_do_not_warn() -> None:
     assert keeper.kept[0][3, 4] == 0
 
 
-@pytest.mark.parametrize("truth", [True, False])
-@pytest.mark.parametrize(("frames", "shape"), [(1, (24, 32)), (40, (24, 32)), (300, (96, 128)), (12, (768, 1024))])
+@pytest.mark.parametrize("truth", longer([True, False], False))
+@pytest.mark.parametrize(
+    ("frames", "shape"),
+    longer([(1, (24, 32)), (40, (24, 32)), (300, (96, 128)), (12, (768, 1024))], (300, (96, 128)), (12, (768, 1024))),
+)
 def test_the_figure_is_drawn(tmp_path: Path, truth: bool, frames: int, shape: tuple[int, int]) -> None:
     images_report(tracked(frames, shape, truth=truth), kept(frames, shape)[0]).write_figure(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as image:

@@ -12,6 +12,7 @@ from elusive.checks import Finding
 from elusive.systems.images.checks import FrameChecks
 from elusive.systems.images.parameters import ImageTracking
 from elusive.systems.images.track import track_images
+from tests.longer import longer
 
 ROWS, COLUMNS, FRAMES, FIRST = 96, 160, 40, 15
 
@@ -55,7 +56,7 @@ def test_what_is_too_fast_to_be_followed_is_told() -> None:
     assert "by 30 px each" in told.sentence
 
 
-@pytest.mark.parametrize("px", [0.0, 4.0, 18.0])
+@pytest.mark.parametrize("px", longer([0.0, 4.0, 18.0], 0.0))
 def test_nothing_is_said_of_what_is_followed(px: float) -> None:
     found = seen(px)
     assert found.told.holds

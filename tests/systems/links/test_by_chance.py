@@ -74,6 +74,7 @@ def test_nobody_is_tracked_before_a_hall_is_known():
         assert not any(step.tracks for step in steps)
 
 
+@pytest.mark.thorough
 def test_a_room_of_rays_is_tracked_as_before():
     room = ray_room(0, (0.7,), frames=40)
     steps = list(track(room, room.nodes, LinkTracking(calibration_frames=RAY_EMPTY)))

@@ -10,6 +10,7 @@ from elusive.motion.walk import Walk
 from elusive.systems.links.by_links import KEPT, LinksChain, LinksMethod
 from elusive.tracking.lifecycle import Life
 from elusive.tracking.superposed_state import SuperposedState, Target
+from tests.longer import longer
 from tests.tracking.link_scenes import shadowed_links
 
 AREA = Area.rectangle(-4.0, 4.0, -4.0, 4.0)
@@ -32,7 +33,7 @@ def ahead(walk, interval_s, sd_m, sd_mps):
     return float(walk.propagate(states, interval_s, rng)[:, [0, 2]].std())
 
 
-@pytest.mark.parametrize(("interval_s", "sd_mps"), [(0.1, 0.3), (0.5, 0.8), (2.0, 0.8)])
+@pytest.mark.parametrize(("interval_s", "sd_mps"), longer([(0.1, 0.3), (0.5, 0.8), (2.0, 0.8)], (0.1, 0.3)))
 def test_it_is_what_the_walk_has_not_lost(interval_s, sd_mps):
     """The share of the variance of the place ahead that was there before: the filter's gain leaves that of an error."""
     expected = 0.4**2 / ahead(Walk(), interval_s, 0.4, sd_mps) ** 2

@@ -19,6 +19,7 @@ from elusive.systems.links.report import (
 from elusive.systems.links.report.page import POINTS_SHOWN, TIMES_SHOWN
 from elusive.tracking.people import TrackEvent
 from tests.browsing import data_in, is_drawn, layers, names, numbers, pixels, stands_alone, titles
+from tests.longer import longer
 
 CORNERS = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [3.0, 5.0], [0.0, 4.0]])
 NODES = np.array([[0.0, 0.0], [6.0, 0.0], [6.0, 4.0], [0.0, 4.0]])
@@ -184,7 +185,7 @@ def test_a_long_log_is_thinned_for_the_page(tmp_path: Path) -> None:
 CASES = [(60, 1, True, False), (60, 3, False, True), (8, 1, True, True), (10, 0, False, False)]
 
 
-@pytest.mark.parametrize(("frames", "tracks", "truth", "image"), CASES)
+@pytest.mark.parametrize(("frames", "tracks", "truth", "image"), longer(CASES, *CASES[:2]))
 def test_the_figure_is_drawn(tmp_path: Path, frames: int, tracks: int, truth: bool, image: bool) -> None:
     links_report(tracked(frames, tracks, truth=truth, image=image)).write_figure(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as picture:
@@ -203,6 +204,6 @@ def test_the_page_shows_what_there_is(tmp_path: Path, frames: int, tracks: int, 
     assert titles(data) == ["Where", "How many", *sure, *(["How far off"] if truth and frames > 10 else [])]
 
 
-@pytest.mark.parametrize(("tracks", "image", "width"), [(3, True, 1280), (0, False, 800)])
+@pytest.mark.parametrize(("tracks", "image", "width"), longer([(3, True, 1280), (0, False, 800)], (0, False, 800)))
 def test_a_browser_draws_it_without_complaint(tmp_path: Path, tracks: int, image: bool, width: int) -> None:
     is_drawn(written(tmp_path, tracked(30, tracks, image=image)), width)

@@ -47,7 +47,7 @@ def stood(seed, sways, frames, walks=0, varies=False):
 
 
 @pytest.mark.parametrize("varies", [False, True])
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", longer([0, 1], 1))
 def test_what_never_moves_and_keeps_steady_is_the_rooms(seed, varies):
     """A shelf, or a fan: where it was taken for somebody, and soon."""
     frames, sensor = stood(seed, 0.0, 70, varies=varies)

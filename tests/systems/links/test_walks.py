@@ -10,6 +10,7 @@ import pytest
 from elusive.errors import ParameterError
 from elusive.geometry.areas import Area
 from elusive.systems.links.walks import Walks
+from tests.longer import longer
 
 L_SHAPE = Area(corners_m=((0, 0), (40, 0), (40, 10), (10, 10), (10, 40), (0, 40)))
 SQUARE = Area.rectangle(-12, 12, -12, 12)
@@ -20,7 +21,7 @@ def present(path):
     return np.isfinite(path).all(axis=1)
 
 
-@pytest.mark.parametrize("area", [SQUARE, L_SHAPE])
+@pytest.mark.parametrize("area", longer([SQUARE, L_SHAPE], SQUARE))
 def test_people_come_in_once_at_the_border_and_stay_inside(area):
     paths = Walks(users=200, area=area, total_positions=100).draw(np.random.default_rng(0))
     assert paths.shape == (100, 200, 2)

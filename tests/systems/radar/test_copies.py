@@ -82,7 +82,7 @@ def judged(plots: list[Array]) -> tuple[bool, int, str]:
     return found.holds, int(found.seen), found.sentence
 
 
-@pytest.mark.parametrize("ships", longer([apart, lanes, fairway, tacking, abreast, convoy], tacking))
+@pytest.mark.parametrize("ships", longer([apart, lanes, fairway, tacking, abreast, convoy], lanes, tacking, convoy))
 def test_ships_in_company_are_no_copies(ships: Callable[[np.random.Generator], Array]) -> None:
     """In ten recordings of each kind; told by the shape of tracks alone, nine of 24 were accused."""
     for seed in range(10):

@@ -191,7 +191,7 @@ def findings(seed, tmp_path):
     return broken(track_radar_recording(source, told, None, radar_lon_deg=4.0, radar_lat_deg=52.0).findings)
 
 
-@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.thorough if k > 1 else ()) for k in range(20)])
+@pytest.mark.parametrize("seed", [pytest.param(k, marks=pytest.mark.thorough if k else ()) for k in range(20)])
 def test_a_right_recording_has_no_finding(seed, tmp_path):
     assert findings(seed, tmp_path) == ()
 

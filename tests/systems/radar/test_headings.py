@@ -13,6 +13,7 @@ from elusive.sensors.radar_scans import TURN_RAD, OwnShip, RadarPlot, scan_of
 from elusive.systems.radar.headings import Late, late_headings
 from elusive.systems.radar.righted import EVERY, Righted, Righting
 from elusive.systems.radar.survey import survey
+from tests.longer import longer
 
 TURN_S, SCANS = 2.5, 100
 RANGE_SD_M, BEARING_SD = 10.0, 2e-3
@@ -100,7 +101,7 @@ def test_what_was_put_right_is_said():
     assert f"{said} that it had then, from 50 s on." in late._replace(righted_s=50.0).finding.sentence
 
 
-@pytest.mark.parametrize("late_s", [1.0, 2.0, -1.0])
+@pytest.mark.parametrize("late_s", longer([1.0, 2.0, -1.0], 1.0))
 def test_headings_are_put_right_as_scans_come(late_s):
     """As in the whole recording with the delay that was found, from where it was; no scan is lost."""
     scans, righting = sailed(late_s, alarms=10), Righting()
@@ -121,7 +122,7 @@ def test_headings_are_put_right_as_scans_come(late_s):
     assert not seen.headings.finding.holds
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", longer(range(4), 1, 2, 3))
 def test_right_headings_stay_as_scans_come(seed):
     scans, righting = sailed(0.0, seed=seed, alarms=10), Righting()
     come = [*righting.righted(iter(scans), lambda: (RANGE_SD_M, BEARING_SD))]

@@ -135,6 +135,7 @@ def test_clutter_upwind_is_no_hull_and_no_ship(tmp_path):
     assert (np.abs(np.array(radar.false_alarm_sectors) - mean) < 4 * error + 8 / (number + SURE)).all()
 
 
+@pytest.mark.thorough
 def test_a_live_run_that_is_told_everything_stays_with_it(tmp_path):
     told = {"range_sd_m": 10.0, "bearing_sd_mrad": 5.0, "detection_probability": 0.85, "false_alarms": 1.0}
     radar, findings = followed(tmp_path, recorded(4)[:20], **told)
@@ -167,7 +168,7 @@ def test_a_sea_that_rises_is_known_after_a_few_scans(tmp_path):
     assert after.false_alarms > ALARMS / 2
 
 
-@pytest.mark.parametrize("told", [(1.0,), (2.0, 1.0)])
+@pytest.mark.parametrize("told", [pytest.param((1.0,), marks=pytest.mark.thorough), (2.0, 1.0)])
 def test_what_is_told_stays(tmp_path, told):
     scans = recorded(1)[:12]
     parameters = RadarTracking(radar={"false_alarm_shares": told}, particles=100)

@@ -321,7 +321,7 @@ def test_a_long_recording_is_thinned_for_the_page(tmp_path: Path) -> None:
 CASES = [(100, 1, True, True), (60, 3, False, True), (1, 1, True, True), (40, 1, True, False), (5, 0, False, True)]
 
 
-@pytest.mark.parametrize(("scans", "tracks", "truth", "chart"), longer(CASES, CASES[0], CASES[1]))
+@pytest.mark.parametrize(("scans", "tracks", "truth", "chart"), longer(CASES, *CASES[:2], CASES[3]))
 def test_the_figure_is_drawn(tmp_path: Path, scans: int, tracks: int, truth: bool, chart: bool) -> None:
     radar_report(tracked(scans, tracks, truth=truth, chart=chart)).write_figure(tmp_path / "a.png")
     with Image.open(tmp_path / "a.png") as image:
@@ -346,7 +346,7 @@ def test_the_page_shows_what_there_is(tmp_path: Path, scans: int, tracks: int, t
     assert titles(data) == expected
 
 
-@pytest.mark.parametrize(("scans", "tracks", "width"), [(60, 3, 1280), (5, 0, 800)])
+@pytest.mark.parametrize(("scans", "tracks", "width"), longer([(60, 3, 1280), (5, 0, 800)], (5, 0, 800)))
 def test_a_browser_draws_it_without_complaint(tmp_path: Path, scans: int, tracks: int, width: int) -> None:
     is_drawn(written(tmp_path, tracked(scans, tracks)), width)
 

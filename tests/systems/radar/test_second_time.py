@@ -60,6 +60,7 @@ def test_what_rests_and_what_is_short_say_nothing() -> None:
     assert second_time_finding({}, REACH_M, *ERRORS).holds
 
 
+@pytest.mark.thorough
 def test_what_lies_at_anchor_or_hardly_sails_is_no_ship_beyond() -> None:
     """It hardly changes its bearing, as what is far away, and that alone says nothing."""
     for seed in range(5):

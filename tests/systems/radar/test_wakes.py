@@ -13,6 +13,7 @@ from elusive.sensors.radar_scans import RadarPlot, RadarScan, scan_of
 from elusive.systems.radar.parameters import RadarTracking
 from elusive.systems.radar.recorded import RecordedRadar
 from elusive.systems.radar.wakes import Trailing, Wakes, wakes_finding
+from tests.longer import longer
 from tests.systems.radar.test_lives import shown
 
 SENSOR = RadarSensor(range_sd_m=10.0, bearing_sd_mrad=3.0, max_range_m=8000.0, false_alarms=2.0)
@@ -70,7 +71,7 @@ def test_wakes_are_counted_and_hulls_and_chance_are_none():
     assert counted(rng, lambda rng: np.zeros(0)).wakes == ()
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", longer(range(3), 1, 2))
 def test_foam_stays_behind_a_ship_and_a_hull_goes_along(seed):
     """Pairs of plots that stay are as many behind as chance makes, where one on board lies anywhere along it."""
     rng = np.random.default_rng(seed)
