@@ -139,6 +139,7 @@ class Interrupting(io.BytesIO):
         return read
 
 
+@pytest.mark.thorough
 def test_interrupted_while_it_follows_it_leaves_whole_files(flight, tmp_path, capsys, monkeypatch):
     out = tmp_path / "live"
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(Interrupting((flight / "bearings.csv").read_bytes())))

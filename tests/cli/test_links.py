@@ -153,6 +153,7 @@ def test_live_from_standard_input_is_the_same(network, tmp_path, capsys, monkeyp
     assert (live / "events.csv").read_bytes() == (whole / "events.csv").read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_growing_file_is_followed_and_ctrl_c_ends_it(network, tmp_path):
     lines = (network / "log.csv").read_text().splitlines(keepends=True)
     log, out = tmp_path / "log.csv", tmp_path / "out"

@@ -85,6 +85,7 @@ def test_a_named_figure_runs_only_what_it_shows(tmp_path: Path) -> None:
     assert len(table(tmp_path / "summary.csv")) == 6
 
 
+@pytest.mark.thorough
 def test_the_summary_is_of_the_frames_it_says(tmp_path: Path) -> None:
     from elusive.campaign import open_campaign
 

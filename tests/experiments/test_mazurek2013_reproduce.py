@@ -261,6 +261,7 @@ def test_transition_is_where_half_the_chance_level_is_first_reached(errors: list
     np.testing.assert_equal(transition(np.arange(4.0), np.array(errors, dtype=float)), expected)
 
 
+@pytest.mark.thorough
 def test_boundaries_at_the_quartiles_are_next_to_chance(tmp_path: Path) -> None:
     done = reproduce(tmp_path, ["boundaries"])
     found = {(row.statistic, row.layout, row.outermost): row.contrast for row in done.boundaries}

@@ -79,7 +79,7 @@ def test_deviations_are_of_the_pairs_that_heads_make() -> None:
 
 
 @pytest.mark.parametrize(
-    "method", longer(["thesis", "image", "links", "binary"], "image", "links", marks=pytest.mark.validate)
+    "method", longer(["thesis", "image", "links", "binary"], "image", "links", "binary", marks=pytest.mark.validate)
 )
 def test_every_method_sees_the_same_run_and_repeats(method: MethodName) -> None:
     one, other = runs(method, SHORT, range(1)) + runs(method, SHORT, range(1))

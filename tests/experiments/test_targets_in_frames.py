@@ -36,6 +36,7 @@ def test_a_trial_keeps_the_scores_that_tracking_writes(tmp_path: Path) -> None:
     assert found["found"] > 0.6
 
 
+@pytest.mark.thorough
 def test_a_campaign_over_layouts_and_filters(tmp_path: Path) -> None:
     configuration = CampaignConfig(
         scenario="targets",

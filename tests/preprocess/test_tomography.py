@@ -121,6 +121,7 @@ def test_peak_of_a_person_of_20_db(sd, peak):
         assert even.mean() == pytest.approx(20.0, rel=0.05)
 
 
+@pytest.mark.thorough
 def test_noise_is_as_bright_anywhere():
     """Of noise on every link, each voxel has the same deviation; a person is as bright as otherwise in the middle."""
     noise = np.random.default_rng(0).normal(size=(4000, 820))

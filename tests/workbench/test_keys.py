@@ -51,6 +51,7 @@ def test_a_signals_scene_is_changed_and_run(served: Served, open_tab: OpenTab) -
     assert page.evaluate("document.documentElement.scrollWidth") <= 800
 
 
+@pytest.mark.thorough
 def test_a_radars_plots_are_opened(served: Served, open_tab: OpenTab) -> None:
     plots = "".join(f"{k},{2000 + 5 * k},{40 + 0.1 * k}\n" for k in range(30))
     (served.folder / "keyed.csv").write_text(f"time_s,range_m,bearing_deg\n{plots}")

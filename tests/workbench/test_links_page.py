@@ -321,6 +321,7 @@ def test_two_tabs_do_not_meet(served: Served, open_tab: OpenTab) -> None:
     assert other.evaluate("document.documentElement.scrollWidth") <= 800
 
 
+@pytest.mark.thorough
 def test_a_card_runs_its_example_in_one_click_and_the_page_goes_on_answering(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(moves=True).page  # with less motion nothing plays of itself
     page.goto(served.address)

@@ -99,6 +99,7 @@ def test_a_run_stays_with_its_settings_and_the_page_says_what_was_changed(
     told(page, "Changed since this run: Alpha 0.9 -> 0.6.")
 
 
+@pytest.mark.thorough
 def test_paths_are_had_back_and_sensors_far_away_are_told(served: Served, open_tab: OpenTab) -> None:
     page = open_tab().page
     page.goto(f"{served.address}/links")

@@ -118,7 +118,9 @@ def test_maximum_likelihood_is_the_maximum():
         assert misfit(fix.position_m, azimuth, places) <= found.fun + 1e-12
 
 
-@pytest.mark.parametrize("estimator", longer(["ml", "huber", "andrews", "stansfield"], "huber", "stansfield"))
+@pytest.mark.parametrize(
+    "estimator", longer(["ml", "huber", "andrews", "stansfield"], "huber", "andrews", "stansfield")
+)
 def test_the_ellipse_holds_the_emitter_as_often_as_it_says(estimator):
     rng, runs, inside = np.random.default_rng(5), 600, 0
     azimuth = azimuths(PLACES, 40.0, 60.0)

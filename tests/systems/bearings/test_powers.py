@@ -18,6 +18,7 @@ from elusive.systems.bearings.parameters import BearingTracking
 from elusive.systems.bearings.powers import powers_found
 from elusive.systems.bearings.track import track, track_labelled
 from elusive.tracking.memory import Memory
+from tests.longer import longer
 
 PLACES = ((-400.0, -350.0, 0.0), (450.0, -300.0, 0.0), (380.0, 420.0, 0.0), (-420.0, 380.0, 0.0))
 SITES = SensorSites(("sw", "se", "ne", "nw"), np.array(PLACES))
@@ -35,7 +36,7 @@ def flown(seed: int, q: float, times: int = 60) -> tuple[np.ndarray, list[Bearin
     return way, SENSORS.simulate(way, np.arange(float(times)), rng)
 
 
-@pytest.mark.parametrize("q", [0.05, 1.0, 30.0])
+@pytest.mark.parametrize("q", longer([0.05, 1.0, 30.0], 0.05))
 def test_the_power_that_was_flown_is_found_and_a_little_more(q):
     """It is taken two deviations greater than it is likeliest: in 97.7 % it is at least what was flown."""
     found = np.array([powers_found(ONE, SITES, [flown(seed, q)[1]]).motion.q for seed in range(10)])

@@ -21,6 +21,7 @@ from elusive.results import read_tracks_csv
 from elusive.sensors import NoiseObject, NoiseObjectPath, NoiseRecording
 from elusive.systems.images.recurrent import RecurrentImages
 from elusive.systems.images.track import ImageTracking
+from tests.longer import longer
 
 FRAMES = 30
 
@@ -71,8 +72,9 @@ def found(side: int, fastest: float, runs: int, kind: str = "llr") -> tuple[int,
     return good, ghosts
 
 
-def test_an_object_is_one_track_where_it_is() -> None:
-    assert found(64, 1.0, 10) == (10, 0)
+@pytest.mark.parametrize("runs", longer([5, 10], 10))
+def test_an_object_is_one_track_where_it_is(runs: int) -> None:
+    assert found(64, 1.0, runs) == (runs, 0)
 
 
 @pytest.mark.thorough

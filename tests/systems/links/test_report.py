@@ -169,6 +169,7 @@ def test_images_are_on_one_scale_at_their_times(tmp_path: Path) -> None:
         np.testing.assert_allclose(part / 255 * 3.0, expected, atol=3 / 255)
 
 
+@pytest.mark.thorough
 def test_a_long_log_is_thinned_for_the_page(tmp_path: Path) -> None:
     given = tracked(2 * TIMES_SHOWN + 5, 30)
     events = [TrackEvent(float(k), 1 + k % 40, "near", (0.0, 0.0)) for k in range(4 * EVENTS_SHOWN)]

@@ -96,7 +96,7 @@ def logged(room):
     return Log(list(room.frames(room.images(room.truth())))), room.bind().nodes
 
 
-@pytest.mark.parametrize(("seed", "amplitude_db"), longer([(1, 0.7), (1, 3.0), (2, 3.0)], (1, 3.0)))
+@pytest.mark.parametrize(("seed", "amplitude_db"), longer([(1, 0.7), (1, 3.0), (2, 3.0)], (1, 0.7), (1, 3.0)))
 def test_radiation_is_known_and_its_amplitude_and_noise_found(seed, amplitude_db):
     """In the second room two stand side by side in the frames in which most happens."""
     log, nodes = radiated(seed, amplitude_db)
@@ -106,7 +106,7 @@ def test_radiation_is_known_and_its_amplitude_and_noise_found(seed, amplitude_db
     assert found.model.voxel_sd_db == pytest.approx(0.1, rel=0.2)
 
 
-@pytest.mark.parametrize("covered", ["nodes", "area"])
+@pytest.mark.parametrize("covered", longer(["nodes", "area"], "nodes"))
 def test_voxels_end_at_the_nodes_or_go_on_beyond(tmp_path, covered):
     """On a border they are those of the room; by voxels beyond it people near the walls were 17 dB, and .1 m off."""
     network = {"kind": "border", "nodes": 12}

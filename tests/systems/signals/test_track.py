@@ -526,6 +526,7 @@ def test_a_rotor_is_no_object(lobes: float) -> None:
     assert believed(rotor(lobes, 0), noise="white") >= 4
 
 
+@pytest.mark.thorough
 def test_an_object_before_a_rotor_is_found() -> None:
     frames, rng = rotor(5.03, 1), np.random.default_rng(1)
     places = (40 + 1.5 * np.arange(150)) % 300
