@@ -65,7 +65,7 @@ SIMULATED: dict[str, tuple[tuple[object, ...], int, str, tuple[str, ...]]] = {
 UNITS: dict[str, Any] = {"images": "px", "signal": "samples"}
 
 
-@pytest.mark.parametrize("system", longer(SIMULATED, "radar", "video", "links"))
+@pytest.mark.parametrize("system", longer(SIMULATED, "radar", "video", "links", "signal"))
 def test_what_is_simulated_is_tracked_with_its_truth(said: Said, tmp_path: Path, system: str) -> None:
     options, targets, measured, quick = SIMULATED[system]
     code, heard = said("simulate", system, *options, "--seed", 4, "--out", "made")

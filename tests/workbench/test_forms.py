@@ -144,6 +144,7 @@ DRAWN_OVER = """() => [...document.querySelectorAll(".ew-field .q-field__bottom"
     .map((one) => one.innerText)"""  # help that lies over the next field
 
 
+@pytest.mark.thorough
 def test_settings_are_found_marked_set_back_and_undone(served: Served, open_tab: OpenTab) -> None:
     page = open_tab(width=800, scheme="dark").page
     page.goto(f"{served.address}/own")
