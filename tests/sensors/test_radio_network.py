@@ -42,7 +42,7 @@ def test_nodes_are_read_in_any_of_the_forms(tmp_path, text, names):
         ("", "holds 0 nodes"),
         ("node,x_m,y_m\na,0,nan\nb,1,1\n", r"line 2, column y_m: 'nan' is no number"),
         ("node,x_m,y_m\na,0,here\nb,1,1\n", r"line 2, column y_m: 'here' is no number"),
-        ("node;x_m;y_m\na;0,5;1\nb;1;1\n", "write a decimal point"),
+        ("node;x_m;y_m\na;0,5,1;1\nb;1;1\n", r"line 2, column x_m: '0,5,1' is no number"),
         ("node,x_m,y_m,z_m\na,0,1,2\nb,1,1,2\n", "name them node,x_m,y_m"),
         ("0 1\n1 2 3\n", r"line 2: has 3 cells, not 2"),
     ],
