@@ -38,8 +38,11 @@ def highest(
             for i in range(uint64(n)):
                 plane[i] = keep * plane[i] + doubled[row, start + i]
             if k + 1 == ages[age]:
-                split = n - at % n
-                for i in range(n):
-                    place = i - split if i >= split else i + n - split
-                    best[age, place] = max(best[age, place], plane[i])
+                # in two pieces, so that many cells are compared at once
+                turn = uint64(at % n)
+                split = uint64(n) - turn
+                for i in range(split):
+                    best[age, turn + i] = max(best[age, turn + i], plane[i])
+                for i in range(turn):
+                    best[age, i] = max(best[age, i], plane[split + i])
                 age += 1
