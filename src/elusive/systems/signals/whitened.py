@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
@@ -17,6 +18,7 @@ from elusive.systems.signals.evidence import SignalEvidence
 SILENT = 32  # samples in a row that are equal: nothing was received
 MOST_MISSING = 0.25  # of a frame's samples, beyond which it is a gap
 NO_PREDICTION = no_prediction()
+BEYOND = 5.0  # deviations of a frame's mean by chance, up to which it has none
 LOOSE = 2.0  # times the clip: before levels are known
 
 
@@ -59,7 +61,16 @@ class Whitened(NamedTuple):
             return self, _drawn(self.evidence.taken(filled), missing, rng)
         model = self.model or no_noise_model(frame.size, self.evidence.statistic.window)
         model, white = whitened(model, self.evidence.held(filled, LOOSE), rng, explained)
-        return self._replace(model=model), _drawn(self.evidence.held(white), missing, rng)
+        return self._replace(model=model), _drawn(self.evidence.held(_without_offset(white)), missing, rng)
+
+
+def _without_offset(white: Array) -> Array:
+    """Return a white frame less what its samples share beyond chance, or may not have: a jump of all is no object."""
+    if np.iscomplexobj(white):
+        parts: Array = _without_offset(white.real) + 1j * _without_offset(white.imag)
+        return parts
+    mean, most = white.mean(), np.std(white) * min(BEYOND / math.sqrt(white.size), 1.0)
+    return white - mean if abs(mean) > most else white
 
 
 def missing_samples(frame: Array) -> NDArray[np.bool_]:
