@@ -49,6 +49,14 @@ def noise(kind: str, seed: int, times: int = TIMES, samples: int = SAMPLES) -> n
         for frame in frames:
             for first in rng.integers(samples, size=rng.poisson(2.0)):
                 frame[(first + np.arange(8)) % samples] += 4 * rng.standard_normal(8)
+    if kind == "pulses":  # three in a frame, nearly
+        return rng.standard_normal(frames.shape) + 3 * (np.arange(frames.size) % 66.95 < 5).reshape(frames.shape)
+    if kind == "quiet":
+        frames = rng.standard_normal(frames.shape)
+        for number in range(30, times):
+            frames[number, (50 + number + np.arange(9)) % samples] *= 0.15
+    if kind == "jumps":
+        return frames + np.where(rng.random((times, 1)) < 0.2, 10 * rng.standard_normal((times, 1)), 0.0)
     if kind == "rests":
         frames[20:, 20:28] *= 3
     if kind == "strong":  # three objects, thrice as loud as noise
@@ -92,6 +100,28 @@ def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
     assert sum(bool(names(noise(kind, seed))) for seed in range(20)) <= 1
 
 
+def test_what_is_quieter_is_found_as_the_finding_says() -> None:
+    frames, parameters = (
+        noise("quiet", 1),
+        SignalTracking(**QUICK, statistic={"mode": "replacing", "object_deviation": 0.3}),
+    )
+    found = [track.mean for track in list(track_signal(frames, parameters))[-1].tracks if track.status == "confirmed"]
+    assert len(found) == 1
+    assert np.abs(found[0] - [(50 + TIMES - 1 + 4) % SAMPLES, 1.0]) == pytest.approx([0, 0], abs=3)
+
+
+def test_a_level_that_jumps_ends_no_run() -> None:
+    *_, last = track_signal(noise("jumps", 1), SignalTracking(**QUICK))
+    (found,) = [track.mean[0] for track in last.tracks if track.extra["shown"] and track.status == "confirmed"]
+    assert found == pytest.approx((50 + TIMES - 1 + 2) % SAMPLES, abs=3)
+
+
+def test_the_mean_of_few_samples_ends_no_run() -> None:
+    frames = np.random.default_rng(1).standard_normal((100, 9)) + np.r_[[0.0] * 40, [1.0] * 60][:, None]
+    assert len(list(track_signal(frames + 0.5j * frames[:, ::-1], SignalTracking(**QUICK)))) == 100
+    assert len(list(track_signal(frames, SignalTracking(**QUICK)))) == 100
+
+
 @pytest.mark.parametrize("ends", ["confirmed", "deleted"])
 def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
     facts, rng, law = SignalFacts(), np.random.default_rng(2), ExtremeValue(20.0, 2.0)
@@ -121,6 +151,8 @@ def test_alarms_are_counted_unless_they_are_believed(ends: str) -> None:
         later(lambda: noise("bursts", 1, times=300), ["--clip", "2"], "signals.bursts", True),
         (lambda: noise("fast", 1), [], "signals.bursts", False),
         (lambda: noise("rests", 1), [], "signals.rests", False),
+        (lambda: noise("pulses", 1), [], "signals.alike", False),
+        (lambda: noise("quiet", 1), [], "signals.quieter", False),
         later(lambda: noise("rotor", 1), ["--noise", "white"], "signals.alike", False),
         (
             lambda: noise("white", 1),

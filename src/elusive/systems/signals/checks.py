@@ -10,7 +10,7 @@ from elusive.checks import Fact, Finding
 from elusive.preprocess.contrast import contrast
 from elusive.preprocess.standardise import LEAST_FRAMES
 from elusive.preprocess.windows import ChiSquare, DotProduct, LikelihoodRatio
-from elusive.systems.signals.facts import MEMORY, SignalFacts
+from elusive.systems.signals.facts import MANY, MEMORY, SignalFacts
 from elusive.systems.signals.parameters import SignalTracking
 
 FEW = 20  # frames in which hardly anything accumulates
@@ -32,6 +32,7 @@ def findings_of(parameters: SignalTracking, facts: SignalFacts) -> tuple[Finding
         _followed(facts),
         _clutter(parameters, facts),
         _alike(facts),
+        _quieter(parameters, facts),
         _rest(parameters, facts),
         _axes(facts),
         _interleaved(facts),
@@ -163,12 +164,26 @@ def _clutter(parameters: SignalTracking, facts: SignalFacts) -> Finding:
 def _alike(facts: SignalFacts) -> Finding:
     """Tell one source whose loudness repeats from many objects."""
     fact = facts.alike
+    evenly = "" if fact.seen >= MANY else " and stand evenly apart"
     return fact.finding(
         "signals.alike",
-        f"{fact.seen:.0f} tracks at once have one velocity: they may be one source whose loudness repeats (a rotor, a "
-        "propeller, rectified mains) at a period that does not fit the frame, and no objects on their way.",
+        f"{fact.seen:.0f} tracks at once have one velocity{evenly}: they may be one source whose loudness repeats (a "
+        "rotor, a propeller, rectified mains, a pulse) at a period that does not fit the frame, and no objects on "
+        "their way.",
         "Look at the spectrum of the squared samples for a line, or choose --frame-samples of whole periods, in which "
         "what repeats is at rest.",
+        grave=False,
+    )
+
+
+def _quieter(parameters: SignalTracking, facts: SignalFacts) -> Finding:
+    """Say where something moves that has less noise than what is about it."""
+    fact = facts.quieter(parameters.false_alarm.probability)
+    return fact.finding(
+        "signals.quieter",
+        f"Along a path evidence lies {-fact.seen:.0f} deviations below noise's, as far as an object's above it: "
+        "something moves there that is quieter than the noise about it, or hides it, and objects are sought louder.",
+        "--mode replacing --object-deviation 0.3 seeks what has .3 of the noise's deviation (in the signal's units).",
         grave=False,
     )
 

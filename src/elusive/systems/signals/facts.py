@@ -26,6 +26,7 @@ FOLLOWED = 0.5  # share of the frames in which steady levels may seem to drift
 ALARMS, TIMES_ASKED = 20, 4.0  # frames, and times the rate asked for, up to which alarms of nothing are none too many
 BY_CHANCE, OFTEN = 0.01, 0.05  # of a frame's highest evidence alone; share of the frames that may have so little
 MANY, ALIKE, MOST = 4, 0.15, 0.8  # tracks at once; part of their velocity by which they differ; share that do not
+EVENLY = 0.05  # part of their distance by which tracks all round the frame differ that stand as far apart as each other
 SPREAD = 1.2  # deviation of what accumulates, to that of white noise, that is as good as right
 FEW_FRAMES = 10  # in which many tracks move alike by chance
 KEPT_LEVELS, KEPT_SAMPLES = 20_000, 1_000_000  # levels of frames, and samples of the first, that are kept
@@ -51,6 +52,7 @@ class SignalFacts:
         self.believed = False  # whether there has been a track
         self._moving = dict[int, bool]()  # by track: whether it moves in the mean, as far as is seen
         self._many = self._alike = self._tracks_alike = 0
+        self._low, self._lowest = 0, 0.0
 
     def add(self, step: Step) -> None:
         """Take in a frame."""
@@ -90,12 +92,14 @@ class SignalFacts:
         for track in step.tracks:
             if track.status == "confirmed":
                 self._moving[track.track] = bool(track.extra.get("shown", 1.0))
-        velocities = np.array([track.mean[1] for track in step.tracks if track.status == "confirmed"])
-        if len(velocities) >= MANY:
-            middle = float(np.median(velocities))
-            alike = int(np.count_nonzero(np.abs(velocities - middle) < ALIKE * abs(middle)))
+        states = np.array([track.mean for track in step.tracks if track.status == "confirmed"]).reshape(-1, 2)
+        middle = float(np.median(states[:, 1])) if len(states) else 0.0
+        alike = int(np.count_nonzero(np.abs(states[:, 1] - middle) < ALIKE * abs(middle)))
+        # few at one velocity are as many objects, unless they are the swells of a period that nearly fits the frame
+        evenly = 1 < alike == len(states) and _evenly(states[:, 0], step.state.taken.size)
+        if evenly or len(states) >= MANY:
             self._many += 1
-            if alike >= max(MANY, MOST * len(velocities)):
+            if evenly or alike >= max(MANY, MOST * len(states)):
                 self._alike, self._tracks_alike = self._alike + 1, max(self._tracks_alike, alike)
         self._single += math.isfinite(step.state.alone)
         self._outstanding += step.state.alone < BY_CHANCE
@@ -107,6 +111,9 @@ class SignalFacts:
         if step.state.law is None:
             return
         self._judged += 1
+        # noise's evidence, sums of squares, is nowhere as far below its mean as it is above
+        self._low += step.state.lowest < -step.state.threshold
+        self._lowest = min(self._lowest, step.state.lowest)
         if not believed and float(step.state.score.max()) > step.state.threshold:
             candidates = [track.track for track in step.tracks if track.status == "candidate"]
             if candidates:
@@ -125,6 +132,11 @@ class SignalFacts:
         """Share of the frames with many tracks in which these have one velocity; ``seen`` is how many have."""
         holds = self._alike < max(FEW_FRAMES, self._many / 2)
         return Fact(1.0, self._tracks_alike, holds, self._many)
+
+    def quieter(self, asked: float) -> Fact:
+        """Lowest evidence along a way on which there is none, where it is low more often than a rate asked for."""
+        holds = self._low <= ALARMS + TIMES_ASKED * asked * self._judged
+        return Fact(0.0, self._lowest, holds, self._judged)
 
     @property
     def rest(self) -> Fact:
@@ -228,3 +240,9 @@ class SignalFacts:
         by_chance = math.sqrt(2 / self.samples)
         drifts = lag_of((levels - middle) / (scatter or 1.0), tolerance=0.3).seen > 0.3
         return Fact(1.0, scatter / by_chance, drifts or scatter < max(3 * by_chance, 0.2), len(levels))
+
+
+def _evenly(places: Array, samples: int) -> bool:
+    """Say whether places round a frame are as far apart from each other, its ends meeting."""
+    gaps = np.diff(np.sort(places % samples), append=(places % samples).min() + samples)
+    return bool(np.abs(gaps * len(places) / samples - 1).max() < EVENLY)

@@ -52,6 +52,7 @@ class SignalState(NamedTuple):
     noise: NoiseModel | None = None  # what is known of it, where it is estimated as frames come
     alone: float = math.nan  # probability that noise's evidence is as high in this frame alone, beside all tracks
     spread: float = 1.0  # of what accumulates along the worst velocity without an object, to that of white noise
+    lowest: float = 0.0  # evidence accumulated along any way that moves, where there is no track
     gap: bool = False  # a frame that is constant, or in which too many samples are missing
 
 
@@ -200,7 +201,8 @@ def _follow(
             alone = math.nan if found is None else _alone(found, state.tracks, null)
             recurrent = state.search.recurrent
             spread = 1.0 if recurrent.belief is None else float(recurrent.belief.spreads.max())
-            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone, spread)
+            lowest = 0.0 if state.tracks else _lowest(recurrent, flt.smoothing, parameters.statistic.window)
+            seen = SignalState(taken, state.score, state.threshold, law, back, noise.model, alone, spread, lowest)
             yield Step(time_s, frame, seen, shown)
     if state.seen == 0:
         raise DataError(
@@ -221,6 +223,16 @@ def _alone(evidence: Array, tracks: Sequence[PeakTrack], null: NullScores | None
             near = np.arange(-reach, reach + 1)
             beside[(round(float(track.position[0])) + near) % len(beside)] = 0.0
     return null.at(1).probability(float(beside.max()) / deviation)
+
+
+def _lowest(recurrent: RecurrentState, smoothing: float, window: int) -> float:
+    """Return the lowest evidence along any way that leaves a window's place, in deviations of noise's."""
+    belief = recurrent.belief
+    if belief is None or recurrent.deviation == 0:
+        return 0.0
+    moves_on = np.abs(belief.vectors[:, 0]) > (1 - smoothing) * window
+    lowest = belief.planes[: len(belief.vectors)].min(axis=(1, 2)) / belief.spreads
+    return float(lowest.min(where=moves_on, initial=0.0)) / recurrent.deviation
 
 
 def _explained(samples: int, tracks: Sequence[PeakTrack], moving: Sequence[float]) -> NDArray[np.bool_] | None:
