@@ -101,13 +101,13 @@ def test_one_right_signal_in_twenty_is_remarked_on_at_most(kind: str) -> None:
 
 
 def test_what_is_quieter_is_found_as_the_finding_says() -> None:
-    frames, parameters = (
-        noise("quiet", 1),
-        SignalTracking(**QUICK, statistic={"mode": "replacing", "object_deviation": 0.3}),
-    )
-    found = [track.mean for track in list(track_signal(frames, parameters))[-1].tracks if track.status == "confirmed"]
-    assert len(found) == 1
-    assert np.abs(found[0] - [(50 + TIMES - 1 + 4) % SAMPLES, 1.0]) == pytest.approx([0, 0], abs=3)
+    told = {"mode": "replacing", "object_deviation": 0.3}
+    parameters, facts = SignalTracking(**QUICK, statistic=told), SignalFacts()
+    for step in track_signal(noise("quiet", 1), parameters):
+        facts.add(step)
+    (found,) = [track.mean for track in step.tracks if track.status == "confirmed"]
+    assert found == pytest.approx([(50 + TIMES - 1 + 4) % SAMPLES, 1.0], abs=3)
+    assert "signals.quieter" not in [one.name for one in broken(findings_of(parameters, facts))]
 
 
 def test_a_level_that_jumps_ends_no_run() -> None:

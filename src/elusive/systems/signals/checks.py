@@ -178,7 +178,9 @@ def _alike(facts: SignalFacts) -> Finding:
 
 def _quieter(parameters: SignalTracking, facts: SignalFacts) -> Finding:
     """Say where something moves that has less noise than what is about it."""
-    fact = facts.quieter(parameters.false_alarm.probability)
+    fact, statistic = facts.quieter(parameters.false_alarm.probability), parameters.statistic
+    if not isinstance(statistic, LikelihoodRatio) or statistic.mode == "replacing":
+        fact = fact._replace(holds=True)  # of these noise's evidence may be as far below its mean as above
     return fact.finding(
         "signals.quieter",
         f"Along a path evidence lies {-fact.seen:.0f} deviations below noise's, as far as an object's above it: "

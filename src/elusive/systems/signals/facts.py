@@ -111,7 +111,7 @@ class SignalFacts:
         if step.state.law is None:
             return
         self._judged += 1
-        # noise's evidence, sums of squares, is nowhere as far below its mean as it is above
+        # sums of noise's squares are nowhere as far below their mean as they are above
         self._low += step.state.lowest < -step.state.threshold
         self._lowest = min(self._lowest, step.state.lowest)
         if not believed and float(step.state.score.max()) > step.state.threshold:
