@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from typing import NamedTuple
 
 from elusive.errors import DataError
-from elusive.io.sources.cells import cells_of, mark_of
+from elusive.io.sources.cells import cells_of, mark_of, names_of
 from elusive.io.sources.feed import Feed
 from elusive.io.sources.lines import STRICT, lines_of
 
@@ -140,7 +140,7 @@ class Table:
     def read_header(self, number: int, line: str) -> None:
         """Take the names of the columns from the first line."""
         self._mark = mark_of(line) or ","
-        header = [name.lower() if name[:1].isupper() else name for name in cells_of(line, self._mark)]
+        header = names_of(line, self._mark)
         choices = [names.split("|") for names in self._needed]
         named, there = {name for names in choices for name in names}, [name for name in header if name]
         unknown = self._perhaps is not None and not set(there) <= {*named, *self._perhaps}

@@ -11,7 +11,7 @@ from elusive.errors import DataError, ParameterError
 from elusive.geometry.areas import Area
 from elusive.io._table_lines import TableLine
 from elusive.io.csv_files import read_lines
-from elusive.io.sources.cells import cells_of, mark_of
+from elusive.io.sources.cells import cells_of, mark_of, names_of
 from elusive.sensors.radio_network import RadioNodes, radio_nodes
 
 PLACE = ("x_m", "y_m")
@@ -81,8 +81,8 @@ def _places(path: str | os.PathLike[str], columns: tuple[str, ...]) -> Iterator[
         if not text or text.startswith("#"):
             continue
         cells = cells_of(text, mark_of(text))
-        if header is None and set(PLACE) <= set(map(str.lower, cells)):
-            header = [name.lower() for name in cells]
+        if header is None and set(PLACE) <= set(names_of(text, mark_of(text))):
+            header = names_of(text, mark_of(text))
             if sorted(filter(None, header)) != sorted(columns):
                 raise DataError(f"{where}: the columns are {text!r:.80}; name them {','.join(columns)}.")
             continue

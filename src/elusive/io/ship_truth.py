@@ -15,7 +15,7 @@ from elusive.errors import DataError
 from elusive.geometry.local_frame import LocalFrame
 from elusive.io.ais import read_ais
 from elusive.io.csv_files import first_line
-from elusive.io.sources.cells import cells_of, mark_of
+from elusive.io.sources.cells import mark_of, names_of
 from elusive.io.truth import PLACES, Truth, read_truth
 
 DEGREES = ("lon_deg", "lat_deg")
@@ -76,7 +76,7 @@ def read_ship_truth(
 def _names(path: Path) -> list[str]:
     """Return the names in the first line with something on it; a log of AIS sentences may hold any octets."""
     first = first_line(path)
-    return [name.lower() for name in cells_of(first, mark_of(first))]
+    return names_of(first, mark_of(first))
 
 
 def _placed(path: Path, frame: LocalFrame | None) -> LocalFrame:

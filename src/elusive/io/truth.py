@@ -15,7 +15,7 @@ from elusive.contracts import Array
 from elusive.errors import DataError
 from elusive.io._table_lines import NUMBER, TableLine, table_lines
 from elusive.io.csv_files import read_lines, write_csv
-from elusive.io.sources.cells import cells_of, mark_of
+from elusive.io.sources.cells import mark_of, names_of
 
 Unit = Literal["m", "px", "samples", "degrees"]
 PLACES: dict[str, tuple[str, ...]] = {
@@ -137,7 +137,7 @@ def read_truth(path: str | os.PathLike[str], unit: Unit, *, one_based: bool = Fa
         sentence gives the line.
     """
     first = next((line for line in map(_bare, read_lines(path)) if line), "")
-    names = [name.lower() for name in cells_of(first, mark_of(first))]
+    names = names_of(first, mark_of(first))
     if unit in TIMED or (_named(first) and not _places_alone(re.split(r"[\s,;]+", first))):
         return _table(path, unit, names, one_based)
     return _lines(path, len(PLACES[unit]), unit, one_based)

@@ -24,3 +24,8 @@ def cells_of(text: str, mark: str | None, width: int = 0) -> list[str]:
     if mark == "," or "," not in text:
         return cells
     return [cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
+
+
+def names_of(text: str, mark: str | None) -> list[str]:
+    """Return the names of columns in a first line; one that begins with a capital as if it had none."""
+    return [name.lower() if name[:1].isupper() else name for name in cells_of(text, mark)]
